@@ -1,0 +1,26 @@
+"""Carry loudspeaker and microphone to poses, and never lie about where they are."""
+
+from rigs.carriers import Carriers
+from rigs.clock import Clock, FastClock, SystemClock, VirtualClock
+from rigs.envelope import Envelope, KeepOut
+from rigs.manual import ManualRig
+from rigs.rig import RIGS, Rig, RigKind, Surroundings
+from rigs.rigfile import load_rig
+from rigs.simulated import SimulatedRig
+
+__all__ = [
+    "RIGS",
+    "Carriers",
+    "Clock",
+    "Envelope",
+    "FastClock",
+    "KeepOut",
+    "ManualRig",
+    "Rig",
+    "RigKind",
+    "SimulatedRig",
+    "Surroundings",
+    "SystemClock",
+    "VirtualClock",
+    "load_rig",
+]

@@ -1,0 +1,113 @@
+"""Where a carrier may be: the reach of its axes and the boxes it must not enter."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rir.errors import ConfigError, OutOfReachError
+from rir.pose import Pose
+
+
+def _triple(point: np.ndarray) -> str:
+    return "[" + ", ".join(f"{value:.3f}" for value in point) + "] m"
+
+
+def _corners(low: ArrayLike, high: ArrayLike, what: str) -> tuple[np.ndarray, ...]:
+    corners = np.array(low, dtype=np.float64), np.array(high, dtype=np.float64)
+    for corner in corners:
+        corner.setflags(write=False)
+    if any(c.shape != (3,) for c in corners) or not np.all(corners[0] <= corners[1]):
+        raise ConfigError(
+            f"{what} needs low <= high with 3 coordinates in metres, got low "
+            f"{corners[0].tolist()} and high {corners[1].tolist()}"
+        )
+    return corners
+
+
+class KeepOut:
+    """A closed axis-aligned box no carrier may enter, in room metres."""
+
+    def __init__(self, name: str, low: ArrayLike, high: ArrayLike) -> None:
+        self.name = name
+        self.low, self.high = _corners(low, high, f"keep-out {name!r}")
+
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Return the distance of points (..., 3) to the box in m, 0 inside."""
+        outside = np.maximum(np.maximum(self.low - points, points - self.high), 0.0)
+        return np.linalg.norm(outside, axis=-1)
+
+
+class Envelope:
+    """The reach of a carrier's reference point and what it must keep clear of.
+
+    Parameters
+    ----------
+    low, high
+        Corners of the reach of the carried device's centre, shape (3,), m.
+    keep_outs
+        Boxes to stay out of.
+    clearance
+        Radius in m of the ball around the centre that holds the carried device;
+        it must stay clear of every keep-out.
+
+    Examples
+    --------
+    >>> from rir.pose import Pose
+    >>> table = KeepOut("table", [1, 1, 0], [2, 2, 0.8])
+    >>> envelope = Envelope([0, 0, 0], [4, 3, 2.5], (table,), clearance=0.2)
+    >>> envelope.check(Pose.at(0.5, 0.5, 1.2))
+    >>> envelope.check(Pose.at(9, 0, 0))
+    Traceback (most recent call last):
+    ...
+    rir.errors.OutOfReachError: pose [9.000, 0.000, 0.000] m is 5.000 m beyond the \
+x reach of 0.000 to 4.000 m; choose a pose inside
+    """
+
+    def __init__(
+        self,
+        low: ArrayLike,
+        high: ArrayLike,
+        keep_outs: Sequence[KeepOut] = (),
+        clearance: float = 0.0,
+    ) -> None:
+        self.low, self.high = _corners(low, high, "an envelope")
+        self.keep_outs = tuple(keep_outs)
+        self.clearance = clearance
+
+    def contains(self, points: np.ndarray) -> np.ndarray:
+        """Tell for points (..., 3) whether each is in reach and clear of all boxes."""
+        points = np.asarray(points, dtype=np.float64)
+        inside = np.all((points >= self.low) & (points <= self.high), axis=-1)
+        for box in self.keep_outs:
+            inside &= box.distance(points) > self.clearance
+        return inside
+
+    def check(self, pose: Pose, who: str = "") -> None:
+        """Raise `OutOfReachError` with the numbers if the pose is not allowed."""
+        point = np.asarray(pose.position, dtype=np.float64)
+        what = f"{who} pose" if who else "pose"
+        self._check_reach(point, what)
+        for box in self.keep_outs:
+            gap = float(box.distance(point))
+            if gap <= self.clearance:
+                raise OutOfReachError(
+                    f"{what} {_triple(point)} is {gap:.3f} m from keep-out "
+                    f"{box.name!r} ({_triple(box.low)} to {_triple(box.high)}); the "
+                    f"carrier needs more than {self.clearance:.3f} m; choose a pose "
+                    "further away"
+                )
+
+    def _check_reach(self, point: np.ndarray, what: str) -> None:
+        if not np.all(np.isfinite(point)):
+            raise OutOfReachError(
+                f"{what} {_triple(point)} is not finite; give three numbers in metres"
+            )
+        beyond = np.maximum(self.low - point, point - self.high)
+        axis = int(np.argmax(beyond))
+        if beyond[axis] > 0.0:
+            raise OutOfReachError(
+                f"{what} {_triple(point)} is {beyond[axis]:.3f} m beyond the "
+                f"{'xyz'[axis]} reach of {self.low[axis]:.3f} to "
+                f"{self.high[axis]:.3f} m; choose a pose inside"
+            )

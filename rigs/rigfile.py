@@ -1,0 +1,81 @@
+"""Rig files: two carriers described in YAML."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any, Union
+
+from pydantic import Field, create_model
+
+from rigs.carriers import Carriers
+from rigs.clock import Clock, SystemClock
+from rigs.rig import RIGS, Rig, Surroundings
+from rir.config import Config, load_yaml
+from rir.pose import Pose
+
+
+class RigFile(Config):
+    """A whole rig file; the carriers' parts depend on their kinds."""
+
+    name: str
+    emitter: Any
+    listener: Any
+    separation_m: float = Field(default=0.0, ge=0.0)
+
+
+def rig_file_model() -> type[RigFile]:
+    """Return the model of a rig file with every kind of rig in the table."""
+    parts: Any = Union[tuple(kind.config for kind in RIGS.values())]  # noqa: UP007
+    part: Any = Annotated[parts, Field(discriminator="kind")]
+    return create_model(
+        "RigFile", __base__=RigFile, emitter=(part, ...), listener=(part, ...)
+    )
+
+
+def load_rig(
+    path: Path | str,
+    *,
+    on_emitter: Callable[[Pose], None] | None = None,
+    on_listener: Callable[[Pose], None] | None = None,
+    clock: Clock | None = None,
+    ask: Callable[[str], bool] | None = None,
+    tell: Callable[[str], None] | None = None,
+) -> Carriers:
+    """Build the two carriers a rig file describes.
+
+    Parameters
+    ----------
+    path
+        The YAML file.
+    on_emitter, on_listener
+        Told the true pose of each carrier after each motion; a simulated world's
+        ``place_emitter`` and ``place_listener``.
+    clock
+        Time for everything that waits; the system's by default.
+    ask
+        Asks a person for consent; everything is refused by default.
+    tell
+        Shows a person what happens.
+
+    Raises
+    ------
+    ConfigError
+        With all mistakes of the file and their places.
+    """
+    file = load_yaml(path, rig_file_model())
+    extras: dict[str, Any] = {"clock": clock or SystemClock()}
+    extras |= {"ask": ask} if ask else {}
+    extras |= {"tell": tell} if tell else {}
+    around = Surroundings(**extras)
+    emitter = build_rig(file.emitter, replace(around, on_pose=on_emitter))
+    try:
+        listener = build_rig(file.listener, replace(around, on_pose=on_listener))
+    except BaseException:
+        emitter.close()
+        raise
+    return Carriers(emitter, listener, file.separation_m)
+
+
+def build_rig(config: Any, around: Surroundings) -> Rig:
+    """Build one rig from its checked part of a rig file."""
+    return RIGS[config.kind].build(config, around)

@@ -1,0 +1,92 @@
+"""What every kind of rig in the table must do."""
+
+import numpy as np
+import pytest
+
+from rigs import RIGS, Rig, Surroundings, VirtualClock
+from rir.errors import OutOfReachError, RigError
+from rir.pose import Pose
+
+ENVELOPE = {
+    "low_m": [0, 0, 0],
+    "high_m": [2, 2, 2],
+    "keep_outs": [{"name": "table", "low_m": [1.2, 1.2, 0], "high_m": [2, 2, 0.8]}],
+    "clearance_m": 0.1,
+}
+EXAMPLES = {
+    "simulated": {"envelope": ENVELOPE},
+    "manual": {"envelope": ENVELOPE},
+}
+INSIDE = Pose.at(0.5, 0.4, 1.0)
+
+
+@pytest.fixture(params=list(RIGS))
+def rig(request):
+    kind = RIGS[request.param]
+    around = Surroundings(clock=VirtualClock(), ask=lambda _: True)
+    built = kind.build(kind.config.model_validate(EXAMPLES[request.param]), around)
+    built.home()
+    yield built
+    built.close()
+    built.close()
+
+
+def test_every_kind_has_an_example():
+    assert set(EXAMPLES) == set(RIGS)
+
+
+def test_it_is_a_rig(rig):
+    assert isinstance(rig, Rig)
+    assert rig.describe()["name"] == rig.name
+    assert rig.describe()["simulated"] is rig.simulated
+
+
+def test_move_returns_the_pose_reached(rig):
+    reached = rig.move(INSIDE)
+    np.testing.assert_allclose(reached.position, INSIDE.position, atol=1e-4)
+    np.testing.assert_allclose(rig.where().position, INSIDE.position, atol=1e-4)
+
+
+def test_way_points_are_accepted(rig):
+    reached = rig.move(INSIDE, via=[Pose.at(0.3, 0.3, 1.1), Pose.at(0.4, 0.3, 1.0)])
+    np.testing.assert_allclose(reached.position, INSIDE.position, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("pose", "match"),
+    [
+        (Pose.at(9, 0, 0), "7.000 m beyond the x reach"),
+        (Pose.at(1.5, 1.5, 0.5), "keep-out 'table'"),
+        (Pose.at(1.15, 1.5, 0.5), "0.050 m from keep-out 'table'"),
+    ],
+)
+def test_out_of_reach_moves_nothing(rig, pose, match):
+    rig.move(INSIDE)
+    for call in (rig.check, rig.move):
+        with pytest.raises(OutOfReachError, match=match):
+            call(pose)
+    np.testing.assert_allclose(rig.where().position, INSIDE.position, atol=1e-4)
+
+
+def test_a_bad_way_point_is_refused_before_anything_moves(rig):
+    if rig.describe()["kind"] == "manual":
+        return
+    rig.move(INSIDE)
+    with pytest.raises((OutOfReachError, RigError)):
+        rig.move(Pose.at(0.6, 0.4, 1.0), via=[Pose.at(1.5, 1.5, 0.5)])
+    np.testing.assert_allclose(rig.where().position, INSIDE.position, atol=1e-4)
+
+
+def test_quiet_and_stop_leave_it_where_it_is(rig):
+    rig.move(INSIDE)
+    with rig.quiet():
+        pass
+    rig.stop()
+    np.testing.assert_allclose(rig.where().position, INSIDE.position, atol=1e-4)
+
+
+def test_duration_grows_with_the_way(rig):
+    near = rig.duration(INSIDE, Pose.at(0.6, 0.4, 1.0))
+    far = rig.duration(INSIDE, Pose.at(0.5, 1.9, 1.9))
+    assert 0 <= near <= far
+    assert np.isfinite(far)
