@@ -1,0 +1,49 @@
+"""Amp: mean relative error of the smoothed magnitude spectrum."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.metrics.metric import Features, Flavour, Metric
+from analysis.metrics.table import METRICS
+
+__all__ = ["AMPLITUDE"]
+
+FloatArray = NDArray[np.float64]
+SMOOTHING_BINS = 32
+
+
+def smooth_spectrum(samples: FloatArray, _rate: int) -> Features:
+    """Sum the two-sided magnitude spectrum over 32 bins, edges mirrored."""
+    from scipy.fft import fft
+    from scipy.ndimage import convolve1d
+
+    magnitude = np.abs(np.asarray(fft(samples, axis=-1)))
+    return (convolve1d(magnitude, np.ones(SMOOTHING_BINS), axis=-1, mode="reflect"),)
+
+
+def compare_spectra(truth: Features, prediction: Features) -> FloatArray:
+    """Average |S - S'| / S over the bins."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.mean(np.abs(truth[0] - prediction[0]) / truth[0], axis=-1)
+
+
+AMPLITUDE = METRICS.add("Amp")(
+    Metric(
+        symbol="Amp",
+        title="amplitude spectrum",
+        unit="1",
+        table_unit="",
+        table_factor=1.0,
+        decimals=2,
+        symmetric=False,
+        formula="mean over bins of |S - S'| / S, S = 32-bin sums of |FFT|",
+        flavours={
+            "paper": Flavour(
+                "paper-1",
+                smooth_spectrum,
+                compare_spectra,
+                "as evaluated with AVR (Lan et al., NeurIPS 2024)",
+            ),
+        },
+    )
+)

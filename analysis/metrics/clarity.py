@@ -1,0 +1,52 @@
+"""C50: absolute error of clarity."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.metrics.metric import Features, Flavour, Metric
+from analysis.metrics.table import METRICS
+
+__all__ = ["CLARITY"]
+
+FloatArray = NDArray[np.float64]
+
+
+def clarity_from_start(samples: FloatArray, split: int) -> FloatArray:
+    """Return 10 lg of the energy before over after the sample `split` [dB]."""
+    power = samples**2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        early = np.sum(power[..., :split], axis=-1)
+        return np.asarray(10.0 * np.log10(early / np.sum(power[..., split:], axis=-1)))
+
+
+def paper_clarity(samples: FloatArray, sample_rate: int) -> Features:
+    """Split int(0.05 fs) samples after sample 0, whatever the time of flight."""
+    return (clarity_from_start(samples, int(0.05 * sample_rate)),)
+
+
+def absolute_error(truth: Features, prediction: Features) -> FloatArray:
+    """Return |truth - prediction|."""
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.abs(truth[0] - prediction[0]))
+
+
+CLARITY = METRICS.add("C50")(
+    Metric(
+        symbol="C50",
+        title="clarity",
+        unit="dB",
+        table_unit="dB",
+        table_factor=1.0,
+        decimals=2,
+        symmetric=True,
+        formula="|C - C'|, C = 10 lg(energy before 50 ms / energy after)",
+        flavours={
+            "paper": Flavour(
+                "paper-1",
+                paper_clarity,
+                absolute_error,
+                "as evaluated with AVR (Lan et al., NeurIPS 2024)",
+            ),
+        },
+    )
+)

@@ -1,0 +1,41 @@
+"""EDT: absolute error of the early decay time."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.metrics.clarity import absolute_error
+from analysis.metrics.energy_curve import paper_energy_curve
+from analysis.metrics.metric import Features, Flavour, Metric
+from analysis.metrics.table import METRICS
+
+__all__ = ["EARLY_DECAY"]
+
+FloatArray = NDArray[np.float64]
+
+
+def paper_early_decay_time(samples: FloatArray, sample_rate: int) -> Features:
+    """Return 6 x the time of the sample nearest to -10 dB, from sample 0 [s]."""
+    curve = paper_energy_curve(samples)
+    return (6.0 * np.argmin(np.abs(curve + 10.0), axis=-1) / sample_rate,)
+
+
+EARLY_DECAY = METRICS.add("EDT")(
+    Metric(
+        symbol="EDT",
+        title="early decay time",
+        unit="s",
+        table_unit="ms",
+        table_factor=1000.0,
+        decimals=1,
+        symmetric=True,
+        formula="|EDT - EDT'|, EDT = 6 x the time from sample 0 to -10 dB",
+        flavours={
+            "paper": Flavour(
+                "paper-1",
+                paper_early_decay_time,
+                absolute_error,
+                "as evaluated with AVR (Lan et al., NeurIPS 2024)",
+            ),
+        },
+    )
+)

@@ -1,0 +1,23 @@
+"""The energy decay curve of the paper's code family, absolute floor and all."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["PAPER_FLOOR", "paper_energy_curve"]
+
+FloatArray = NDArray[np.float64]
+
+PAPER_FLOOR = 1e-9
+"""Added to every squared sample: an absolute floor at -90 dB re 1 per sample."""
+
+
+def paper_energy_curve(samples: FloatArray) -> FloatArray:
+    """Return 10 lg of the reversed running sum of h^2 + 1e-9, re its start [dB].
+
+    References
+    ----------
+    Schroeder, JASA 37 (1965) 409, equation (5), with the floor of the paper's code.
+    """
+    energy = np.cumsum((samples**2 + PAPER_FLOOR)[..., ::-1], axis=-1)[..., ::-1]
+    level = 10.0 * np.log10(energy)
+    return level - level[..., :1]

@@ -1,0 +1,94 @@
+"""What a metric is: a description of each response and a way to compare two."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rir.errors import SignalError
+
+__all__ = ["Features", "Flavour", "Metric"]
+
+FloatArray = NDArray[np.float64]
+Features = tuple[FloatArray, ...]
+"""What a flavour keeps of responses of shape (..., n): arrays starting with (...)."""
+
+
+@dataclass(frozen=True)
+class Flavour:
+    """One exactly versioned definition of a metric.
+
+    A comparison of many responses describes each of them once and compares the
+    descriptions; the result is the same as comparing the responses.
+
+    Parameters
+    ----------
+    version : str
+        Name written into every report, for instance ``"paper-1"``.
+    describe : callable
+        ``describe(samples (..., n), sample_rate) -> Features``.
+    compare : callable
+        ``compare(truth, prediction) -> (...)``, in the unit of the metric; leading
+        axes broadcast. NaN where the difference is not defined.
+    source : str
+        Where the definition comes from.
+    """
+
+    version: str
+    describe: Callable[[FloatArray, int], Features]
+    compare: Callable[[Features, Features], FloatArray]
+    source: str
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A distance between two impulse responses, in one or several flavours.
+
+    Parameters
+    ----------
+    symbol, title : str
+        Short name of tables ("C50") and a name for people ("clarity").
+    unit, table_unit : str
+        Unit of the values, and the unit the paper's tables print.
+    table_factor : float
+        Table value = value * table_factor.
+    decimals : int
+        Digits after the point in tables.
+    symmetric : bool
+        Whether swapping truth and prediction never changes the value.
+    formula : str
+        The formula in one line, for the methods section of a report.
+    flavours : Mapping of str to Flavour
+    """
+
+    symbol: str
+    title: str
+    unit: str
+    table_unit: str
+    table_factor: float
+    decimals: int
+    symmetric: bool
+    formula: str
+    flavours: Mapping[str, Flavour]
+
+    def flavour(self, name: str) -> Flavour:
+        """Return a flavour by name; an unknown one lists those there are."""
+        if name not in self.flavours:
+            known = ", ".join(sorted(self.flavours))
+            raise SignalError(f"{self.symbol} has no flavour {name!r}; known: {known}")
+        return self.flavours[name]
+
+    def difference(
+        self,
+        truth: FloatArray,
+        prediction: FloatArray,
+        sample_rate: int,
+        flavour: str = "paper",
+    ) -> FloatArray:
+        """Return the difference of responses of shape (..., n), shape (...)."""
+        chosen = self.flavour(flavour)
+        return chosen.compare(
+            chosen.describe(truth, sample_rate),
+            chosen.describe(prediction, sample_rate),
+        )

@@ -1,0 +1,61 @@
+"""T60: relative error of the reverberation time."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.metrics.energy_curve import paper_energy_curve
+from analysis.metrics.metric import Features, Flavour, Metric
+from analysis.metrics.table import METRICS
+
+__all__ = ["REVERBERATION"]
+
+FloatArray = NDArray[np.float64]
+
+
+def _line_time(curve: FloatArray, sample_rate: int) -> float:
+    """Return 3 x the time the fitted line takes from -5 to -25 dB [s]."""
+    first = int(np.argmin(np.abs(curve + 5.0)))
+    last = int(np.argmin(np.abs(curve + 25.0)))
+    if last <= first or not np.isfinite(curve[first]):
+        return np.nan
+    level = curve[first : last + 1]
+    time = np.arange(first, last + 1) / sample_rate
+    centred = time - time.mean()
+    slope = np.dot(centred, level - level.mean()) / np.dot(centred, centred)
+    return 3.0 * -20.0 / slope if slope else np.nan
+
+
+def paper_reverberation_time(samples: FloatArray, sample_rate: int) -> Features:
+    """Fit a line between the samples nearest to -5 and -25 dB."""
+    curves = paper_energy_curve(samples)
+    flat = curves.reshape(-1, curves.shape[-1])
+    times = np.array([_line_time(curve, sample_rate) for curve in flat])
+    return (times.reshape(curves.shape[:-1]),)
+
+
+def relative_error(truth: Features, prediction: Features) -> FloatArray:
+    """Return |truth - prediction| / truth."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(np.abs(truth[0] - prediction[0]) / truth[0])
+
+
+REVERBERATION = METRICS.add("T60")(
+    Metric(
+        symbol="T60",
+        title="reverberation time",
+        unit="1",
+        table_unit="%",
+        table_factor=100.0,
+        decimals=1,
+        symmetric=False,
+        formula="|T - T'| / T, T = 3 x the fitted line's time from -5 to -25 dB",
+        flavours={
+            "paper": Flavour(
+                "paper-1",
+                paper_reverberation_time,
+                relative_error,
+                "as evaluated with AVR (Lan et al., NeurIPS 2024)",
+            ),
+        },
+    )
+)
