@@ -1,0 +1,75 @@
+"""How every command of the project starts and ends."""
+
+import os
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from rir.errors import ResoundingError
+
+if TYPE_CHECKING:
+    import typer
+
+__all__ = ["EXIT_DONE", "EXIT_ERROR", "EXIT_INTERRUPTED", "EXIT_USAGE", "run"]
+
+EXIT_DONE = 0
+EXIT_ERROR = 1
+EXIT_USAGE = 2
+EXIT_INTERRUPTED = 130
+
+
+def run(app: "typer.Typer", argv: Sequence[str] | None = None, prog: str = "") -> int:
+    """Run a typer application and return its exit code.
+
+    0 done, 1 a known error (told in one line on standard error), 2 wrong usage,
+    130 interrupted. An error nobody foresaw keeps its traceback.
+
+    Parameters
+    ----------
+    app : typer.Typer
+        The application.
+    argv : sequence of str, optional
+        Arguments; those of the process when left out.
+    prog : str
+        Name shown in messages.
+    """
+    import typer
+
+    command = typer.main.get_command(app)
+    try:
+        code = command.main(
+            args=list(sys.argv[1:] if argv is None else argv),
+            prog_name=prog,
+            standalone_mode=False,
+        )
+    except ResoundingError as error:
+        return _tell(f"{prog}: {error}", EXIT_ERROR)
+    except KeyboardInterrupt:
+        return _tell(f"{prog}: interrupted", EXIT_INTERRUPTED)
+    except BrokenPipeError:
+        # The reader of our output has gone; keep Python from complaining at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return EXIT_ERROR
+    except Exception as error:
+        return _end(error, prog)
+    return code if isinstance(code, int) else EXIT_DONE
+
+
+def _end(error: Exception, prog: str) -> int:
+    """Turn click's own exceptions into exit codes, whichever click raised them."""
+    name = type(error).__name__
+    if name == "Abort":
+        return _tell(f"{prog}: interrupted", EXIT_INTERRUPTED)
+    if name == "Exit":
+        return int(getattr(error, "exit_code", EXIT_DONE))
+    if hasattr(error, "format_message") and hasattr(error, "exit_code"):
+        if name == "NoArgsIsHelpError":
+            return _tell(str(error), EXIT_USAGE)
+        message = error.format_message()  # pyright: ignore[reportAttributeAccessIssue]
+        return _tell(f"{prog}: {message} (see {prog} --help)", EXIT_USAGE)
+    raise error
+
+
+def _tell(message: str, code: int) -> int:
+    print(message, file=sys.stderr)
+    return code

@@ -1,0 +1,112 @@
+"""Configuration from YAML: checked as a whole, every mistake told at once."""
+
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from rir.errors import ConfigError
+
+__all__ = ["Config", "dump_yaml", "load_yaml", "parse_yaml", "validate"]
+
+
+class Config(BaseModel):
+    """Parent of every configuration model: frozen, unknown keys are mistakes."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True)
+
+
+ConfigT = TypeVar("ConfigT", bound=BaseModel)
+
+
+def parse_yaml(text: str, *, origin: str = "text") -> Any:
+    """Parse YAML safely.
+
+    Raises
+    ------
+    ConfigError
+        If the text is not YAML; names the line.
+    """
+    import yaml
+
+    try:
+        return yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        place = " ".join(str(error).split())
+        raise ConfigError(f"{origin} is not valid YAML: {place}") from error
+
+
+def dump_yaml(value: Any) -> str:
+    """Return plain YAML of a model or of plain data, keys in their own order."""
+    import yaml
+
+    plain = value.model_dump(mode="json") if isinstance(value, BaseModel) else value
+    return yaml.safe_dump(plain, sort_keys=False, allow_unicode=True)
+
+
+def load_yaml(path: str | Path, model: type[ConfigT]) -> ConfigT:
+    """Read a YAML file into a model.
+
+    Raises
+    ------
+    ConfigError
+        If the file cannot be read, or with one line per mistake, each with the
+        path of its key.
+    """
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(f"cannot read {path}: {error}") from error
+    return validate(parse_yaml(text, origin=str(path)), model, origin=str(path))
+
+
+def validate(data: Any, model: type[ConfigT], *, origin: str) -> ConfigT:
+    """Check plain data against a model.
+
+    Raises
+    ------
+    ConfigError
+        With one line per mistake.
+
+    Examples
+    --------
+    >>> class Sweep(Config):
+    ...     seconds: float
+    >>> validate({"secnds": 3}, Sweep, origin="s.yaml")
+    Traceback (most recent call last):
+    rir.errors.ConfigError: s.yaml has 2 mistakes:
+      seconds: Field required
+      secnds: unknown key (did you mean 'seconds'?)
+    """
+    try:
+        return model.model_validate({} if data is None else data)
+    except ValidationError as error:
+        lines = [_describe(problem, model) for problem in error.errors()]
+        count = f"{len(lines)} mistake" + ("s" if len(lines) > 1 else "")
+        raise ConfigError("\n  ".join([f"{origin} has {count}:", *lines])) from error
+
+
+def _describe(problem: Any, model: type[BaseModel]) -> str:
+    path = ".".join(str(part) for part in problem["loc"]) or "(whole file)"
+    if problem["type"] != "extra_forbidden":
+        given = problem.get("input")
+        shown = f" (got {given!r})" if isinstance(given, str | int | float) else ""
+        return f"{path}: {problem['msg']}{shown}"
+    known = _keys_at(model, problem["loc"][:-1])
+    near = get_close_matches(str(problem["loc"][-1]), known, n=1)
+    hint = f" (did you mean {near[0]!r}?)" if near else f"; known: {', '.join(known)}"
+    return f"{path}: unknown key{hint}"
+
+
+def _keys_at(model: type[BaseModel], place: tuple[Any, ...]) -> list[str]:
+    """Return the keys that a nested place of a model knows."""
+    current: Any = model
+    for part in place:
+        if not (isinstance(current, type) and issubclass(current, BaseModel)):
+            return []
+        entry = current.model_fields.get(str(part))
+        current = entry.annotation if entry else None
+    if isinstance(current, type) and issubclass(current, BaseModel):
+        return list(current.model_fields)
+    return []

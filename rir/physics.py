@@ -1,0 +1,124 @@
+"""Physical constants and small laws shared by all packages, with sources."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = [
+    "REFERENCE_HUMIDITY_PERCENT",
+    "REFERENCE_PRESSURE_KPA",
+    "REFERENCE_TEMPERATURE_C",
+    "air_absorption",
+    "decibels",
+    "from_decibels",
+    "octave_centers",
+    "speed_of_sound",
+    "third_octave_centers",
+]
+
+REFERENCE_TEMPERATURE_C = 20.0
+REFERENCE_HUMIDITY_PERCENT = 50.0
+REFERENCE_PRESSURE_KPA = 101.325
+"""Reference atmosphere of ISO 9613-1:1993, clause 4."""
+
+_OCTAVE_RATIO = 10**0.3  # IEC 61260-1:2014, base ten
+
+
+def speed_of_sound(temperature_c: float) -> float:
+    """Return the speed of sound in dry air [m/s].
+
+    Parameters
+    ----------
+    temperature_c : float
+        Air temperature [°C].
+
+    References
+    ----------
+    ISO 9613-1:1993, annex A: c = 343.2 sqrt(T / 293.15) at T kelvin, which is
+    331.3 sqrt(1 + t/273.15) at t °C.
+
+    Examples
+    --------
+    >>> round(speed_of_sound(20.0), 1)
+    343.2
+    """
+    return float(331.3 * np.sqrt(1.0 + temperature_c / 273.15))
+
+
+def air_absorption(
+    frequencies: ArrayLike,
+    temperature_c: float = REFERENCE_TEMPERATURE_C,
+    humidity_percent: float = REFERENCE_HUMIDITY_PERCENT,
+    pressure_kpa: float = REFERENCE_PRESSURE_KPA,
+) -> NDArray[np.float64]:
+    """Return the pure-tone attenuation of air [dB/m].
+
+    Parameters
+    ----------
+    frequencies : array_like
+        Frequencies [Hz], any shape.
+    temperature_c, humidity_percent, pressure_kpa : float
+        State of the air [°C, %, kPa].
+
+    References
+    ----------
+    ISO 9613-1:1993, equations (3) to (5) and annex B.
+
+    Examples
+    --------
+    >>> [round(1000 * float(a), 2) for a in air_absorption([1000.0, 8000.0])]
+    [4.66, 105.29]
+    """
+    f = np.asarray(frequencies, dtype=float)
+    kelvin = temperature_c + 273.15
+    warm = kelvin / 293.15
+    pressure = pressure_kpa / REFERENCE_PRESSURE_KPA
+    saturation = 10.0 ** (-6.8346 * (273.16 / kelvin) ** 1.261 + 4.6151)
+    vapour = humidity_percent * saturation / pressure
+    oxygen = pressure * (24 + 4.04e4 * vapour * (0.02 + vapour) / (0.391 + vapour))
+    thermal = np.exp(-4.170 * (warm ** (-1 / 3) - 1))
+    nitrogen = pressure / np.sqrt(warm) * (9 + 280 * vapour * thermal)
+    relaxation = 0.01275 * np.exp(-2239.1 / kelvin) / (oxygen + f**2 / oxygen)
+    relaxation += 0.1068 * np.exp(-3352.0 / kelvin) / (nitrogen + f**2 / nitrogen)
+    classical = 1.84e-11 / pressure * np.sqrt(warm)
+    return 8.686 * f**2 * (classical + warm**-2.5 * relaxation)
+
+
+def octave_centers(low: float = 125.0, high: float = 8000.0) -> NDArray[np.float64]:
+    """Return the nominal octave-band centres from `low` to `high` [Hz].
+
+    Examples
+    --------
+    >>> octave_centers(250, 2000).tolist()
+    [250.0, 500.0, 1000.0, 2000.0]
+    """
+    nominal = np.array([16, 31.5, 63, 125, 250, 500, 1e3, 2e3, 4e3, 8e3, 16e3])
+    return nominal[(nominal >= low * 0.99) & (nominal <= high * 1.01)]
+
+
+def third_octave_centers(low: float = 50.0, high: float = 10e3) -> NDArray[np.float64]:
+    """Return the exact base-ten third-octave centres from `low` to `high` [Hz].
+
+    References
+    ----------
+    IEC 61260-1:2014, clause 5.4: f = 1000 G^(k/3), G = 10^0.3.
+    """
+    first = np.ceil(3 * np.log(low * 0.98 / 1000) / np.log(_OCTAVE_RATIO))
+    last = np.floor(3 * np.log(high * 1.02 / 1000) / np.log(_OCTAVE_RATIO))
+    return 1000.0 * _OCTAVE_RATIO ** (np.arange(first, last + 1) / 3)
+
+
+def decibels(power_ratio: ArrayLike) -> NDArray[np.float64]:
+    """Return 10 lg of a power ratio; 0 gives -inf without a warning.
+
+    Examples
+    --------
+    >>> decibels([1.0, 100.0, 0.0]).tolist()
+    [0.0, 20.0, -inf]
+    """
+    with np.errstate(divide="ignore"):
+        return 10.0 * np.log10(np.asarray(power_ratio, dtype=float))
+
+
+def from_decibels(level_db: ArrayLike) -> NDArray[np.float64]:
+    """Return the power ratio of a level in decibels."""
+    return 10.0 ** (np.asarray(level_db, dtype=float) / 10.0)
