@@ -94,14 +94,18 @@ class ImpulseResponse:
         """
         from math import gcd
 
-        from scipy.signal import resample_poly
+        from scipy.signal import firwin, resample_poly
 
         rate = check_sample_rate(sample_rate)
         if rate == self.sample_rate:
             return self
         common = gcd(rate, self.sample_rate)
         up, down = rate // common, self.sample_rate // common
-        samples = resample_poly(self.samples, up, down, axis=-1) * (down / up)
+        # Flat to 0.9 of the lower Nyquist frequency, -100 dB from there on.
+        steps = max(up, down)
+        taps = firwin(2 * 64 * steps + 1, 0.95 / steps, window=("kaiser", 10.0))
+        samples = resample_poly(self.samples, up, down, axis=-1, window=taps)
+        samples *= down / up
         return ImpulseResponse(samples, rate)
 
 

@@ -67,13 +67,16 @@ class Surface(Config):
             data = {"material": data}
         if not isinstance(data, dict):
             return data
-        spread = ("absorption", "scattering")
-        return {
-            key: [value] * len(_BANDS)
-            if key in spread and isinstance(value, int | float)
-            else value
-            for key, value in data.items()
-        }
+        return {key: cls._per_octave(key, value) for key, value in data.items()}
+
+    @staticmethod
+    def _per_octave(key: str, value: Any) -> Any:
+        if key not in ("absorption", "scattering") or not isinstance(
+            value, int | float
+        ):
+            return value
+        # A wrong number stays single, so that it is told once and not per octave.
+        return [value] * (len(_BANDS) if 0 <= value <= 1 else 1)
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
