@@ -52,6 +52,9 @@ def run(app: "typer.Typer", argv: Sequence[str] | None = None, prog: str = "") -
         return EXIT_ERROR
     except Exception as error:
         return _end(error, prog)
+    # Some versions of typer answer Ctrl-C with this code instead of raising.
+    if code == EXIT_INTERRUPTED:
+        return _tell(f"{prog}: interrupted", EXIT_INTERRUPTED)
     return code if isinstance(code, int) else EXIT_DONE
 
 

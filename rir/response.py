@@ -1,6 +1,7 @@
 """An impulse response and its time axis."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -103,7 +104,8 @@ class ImpulseResponse:
         up, down = rate // common, self.sample_rate // common
         # Flat to 0.9 of the lower Nyquist frequency, -100 dB from there on.
         steps = max(up, down)
-        taps = firwin(2 * 64 * steps + 1, 0.95 / steps, window=("kaiser", 10.0))
+        window: Any = ("kaiser", 10.0)
+        taps = firwin(2 * 64 * steps + 1, 0.95 / steps, window=window)
         samples = resample_poly(self.samples, up, down, axis=-1, window=taps)
         samples *= down / up
         return ImpulseResponse(samples, rate)

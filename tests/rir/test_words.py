@@ -99,7 +99,7 @@ def act(what: str) -> None:
         (["fail"], 1, "act: two Hz are no rate\n"),
         (["stop"], 130, "act: interrupted\n"),
         (["leave"], 3, ""),
-        ([], 2, "act: Missing argument 'WHAT'. (see act --help)\n"),
+        ([], 2, "act: Missing argument 'what'. (see act --help)\n"),
     ],
 )
 def test_commands_end_with_the_agreed_codes(
