@@ -1,0 +1,365 @@
+"""What a Grbl board does with a line: system commands and G-code."""
+
+import re
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigs.firmware.grbl_block import (
+    Block,
+    BlockError,
+    check_leftovers,
+    read_block,
+    strip_comments,
+)
+from rigs.firmware.grbl_homing import start_homing
+from rigs.firmware.grbl_settings import check_setting
+
+if TYPE_CHECKING:
+    from rigs.firmware.grbl import GrblFirmware
+
+HELP = "[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]\r\n"
+VERSION = "[VER:1.1h.20190830:]\r\n[OPT:V,15,128]\r\n"
+EEPROM_TIME = 0.02
+
+
+class Commands:
+    """Run the lines of one board."""
+
+    def __init__(self, board: "GrblFirmware") -> None:
+        self.board = board
+        self.homed_once = False
+        self.swallowed = False
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the modes, as a reset does."""
+        self.motion, self.plane, self.units = "G0", "G17", "G21"
+        self.distance, self.feed_mode, self.system = "G90", "G94", "G54"
+        self.tool, self.feed = 0, 0.0
+        self.g92 = np.zeros(3)
+        self.homing_line = False
+
+    def work_offset(self) -> np.ndarray:
+        """Return machine minus work coordinates, mm."""
+        return self.board.offsets[self.system] + self.g92
+
+    def line(self, text: str, *, overlong: bool = False) -> None:
+        """Run one line and answer it."""
+        bare = strip_comments(text)
+        if overlong:
+            self.board.answer(11)
+        elif bare.startswith("$"):
+            self._system(bare, text)
+        elif bare and self.board.state in ("Alarm", "Jog"):
+            self.board.answer(9)
+        else:
+            self.gcode_line(bare)
+
+    def gcode_line(self, bare: str) -> None:
+        """Run one line of G-code and answer it, unless it answers later."""
+        try:
+            later = self.gcode(bare)
+        except BlockError as error:
+            self.board.answer(error.number)
+            return
+        if not later:
+            self.board.answer()
+
+    # -- system commands ------------------------------------------------------------
+
+    def _system(self, bare: str, text: str) -> None:
+        board = self.board
+        simple = {"$": HELP, "$G": None, "$X": None, "$C": None}
+        if bare == "$":
+            board.send(simple["$"] or "")
+            board.answer()
+        elif bare == "$G":
+            board.send(board.reports.modes())
+            board.answer()
+        elif bare == "$X":
+            self._unlock()
+        elif bare.startswith("$J="):
+            self._jog(bare[3:])
+        elif bare == "$C":
+            self._check_mode()
+        elif board.state not in ("Idle", "Alarm", "Home"):
+            board.answer(8)
+        else:
+            self._idle_command(bare, text)
+
+    def _idle_command(self, bare: str, text: str) -> None:
+        board = self.board
+        reports = {
+            "$$": board.reports.settings,
+            "$#": board.reports.parameters,
+            "$I": lambda: VERSION,
+            "$N": lambda: "".join(
+                f"$N{k}={line}\r\n" for k, line in enumerate(board.startup)
+            ),
+        }
+        if bare in reports:
+            board.send(reports[bare]())
+            board.answer()
+        elif bare.startswith("$H"):
+            self._home(bare)
+        elif bare == "$SLP":
+            board.answer()
+            board.send("[MSG:Sleeping]\r\n")
+            board.state = "Sleep"
+            board.reports.overrides_due = 0
+        elif match := re.fullmatch(r"\$N([01])=(.*)", bare):
+            board.startup[int(match[1])] = match[2]
+            board.answer()
+        else:
+            self._setting(bare, text)
+
+    def _setting(self, bare: str, text: str) -> None:
+        board = self.board
+        match = re.fullmatch(r"\$(\d+)=(.*)", bare)
+        if match is None:
+            board.answer(3 if re.match(r"\$(RST|N|H|I)", bare) else 2)
+            return
+        try:
+            value = float(match[2])
+        except ValueError:
+            board.answer(2)
+            return
+        code = check_setting(board.settings, int(match[1]), value)
+        if not code:
+            board.settings[int(match[1])] = value
+            if int(match[1]) == 22 and not value:
+                board.settings[20] = 0
+        board.answer(code)
+
+    def _unlock(self) -> None:
+        board = self.board
+        if board.state == "Alarm":
+            board.send("[MSG:Caution: Unlocked]\r\n")
+            board.state = "Idle"
+        board.answer()
+
+    def _check_mode(self) -> None:
+        board = self.board
+        if board.state == "Check":
+            board.send("[MSG:Disabled]\r\nok\r\n")
+            board.state = "Idle"
+            board.soft_reset()
+        elif board.state == "Idle":
+            board.state = "Check"
+            board.send("[MSG:Enabled]\r\n")
+            board.answer()
+        else:
+            board.answer(8)
+
+    def _home(self, bare: str) -> None:
+        board = self.board
+        if not board.settings[22]:
+            board.answer(5)
+            return
+        board.state = "Home"
+        if bare != "$H":
+            board.answer(3)
+            return
+        self.homing_line = True
+        start_homing(board)
+
+    # -- G-code -----------------------------------------------------------------------
+
+    def _jog(self, words: str) -> None:
+        board = self.board
+        if board.state not in ("Idle", "Jog"):
+            board.answer(8)
+            return
+        try:
+            block = read_block(words)
+            if "F" not in block.values or block.has("G0", "G1"):
+                raise BlockError(22)
+            if set(block.codes) - {"G20", "G21", "G90", "G91", "G53"}:
+                raise BlockError(16)
+            target = self._target(block, jog=True)
+        except BlockError as error:
+            board.answer(error.number)
+            return
+        if self._outside(target):
+            board.answer(15)
+            return
+        if np.any(target != board.planned):
+            scale = 25.4 if block.has("G20") else 1.0
+            board.plan(target, block.values["F"] * scale, jog=True)
+        board.answer()
+
+    def _outside(self, target: np.ndarray) -> bool:
+        if not self.board.settings[20]:
+            return False
+        travel = np.array([self.board.settings[130 + k] for k in range(3)])
+        return bool(np.any(target > 1e-6) or np.any(target < -travel - 1e-6))
+
+    def gcode(self, bare: str) -> bool:
+        """Run a block; return whether it answers later.
+
+        Raises
+        ------
+        BlockError
+            With the number to answer.
+        """
+        block = read_block(bare)
+        self._check(block)
+        self._set_modes(block)
+        return self._act(block)
+
+    def _check(self, block: Block) -> None:
+        if block.has("G43.1") and not block.axes:
+            raise BlockError(37)
+        if block.has("G10"):
+            self._check_g10(block)
+        check_leftovers(block)
+        moving = self._moves(block)
+        motion = next((c for c in block.codes if c in ("G0", "G1", "G2", "G3")), None)
+        motion = motion or self.motion
+        feed = block.values.get("F", self.feed)
+        if moving and motion != "G0" and not feed:
+            raise BlockError(22)
+        if block.has("G2", "G3") and not set("IJKR") & set(block.values):
+            raise BlockError(35)
+
+    def _check_g10(self, block: Block) -> None:
+        if not {"L", "P"} <= set(block.values) or not block.axes:
+            raise BlockError(28)
+        if block.values["P"] > 6:
+            raise BlockError(29)
+        if block.values["L"] not in (2, 20):
+            raise BlockError(20)
+
+    def _moves(self, block: Block) -> bool:
+        return bool(block.axes) and not block.has("G10", "G92", "G28", "G30", "G43.1")
+
+    def _set_modes(self, block: Block) -> None:
+        groups = {
+            "motion": ("G0", "G1", "G2", "G3", "G80"),
+            "plane": ("G17", "G18", "G19"),
+            "units": ("G20", "G21"),
+            "distance": ("G90", "G91"),
+            "feed_mode": ("G93", "G94"),
+            "system": ("G54", "G55", "G56", "G57", "G58", "G59"),
+        }
+        for name, codes in groups.items():
+            for code in codes:
+                if code in block.codes:
+                    if name == "system" and code != self.system:
+                        self.board.reports.offset_due = 0
+                    setattr(self, name, code)
+        self.feed = block.values.get("F", self.feed) if block.codes or True else 0.0
+        self.tool = int(block.values.get("T", self.tool))
+
+    def _target(self, block: Block, *, jog: bool = False) -> np.ndarray:
+        units = "G20" if block.has("G20") else "G21" if block.has("G21") else self.units
+        scale = 25.4 if units == "G20" else 1.0
+        distance = next((c for c in block.codes if c in ("G90", "G91")), self.distance)
+        target = self.board.planned.copy()
+        for letter, value in block.axes.items():
+            k = "XYZ".index(letter)
+            if block.has("G53"):
+                target[k] = value * scale
+            elif distance == "G91":
+                target[k] += value * scale
+            else:
+                target[k] = value * scale + self.work_offset()[k]
+        return target
+
+    def _act(self, block: Block) -> bool:
+        board = self.board
+        if board.state == "Check":
+            return False
+        if block.has("M30", "M2"):
+            board.send("[MSG:Pgm End]\r\n")
+            return False
+        if block.has("G4"):
+            return self._dwell(block.values.get("P", 0.0))
+        if block.has("G92", "G92.1"):
+            self._shift(block)
+            return False
+        if block.has("G10"):
+            return self._store(block)
+        if self._moves(block) and self.motion in ("G0", "G1"):
+            return self._move(block)
+        return False
+
+    def _dwell(self, seconds: float) -> bool:
+        board = self.board
+
+        def end() -> None:
+            board.blocked = False
+            board.answer()
+            board._wake()
+
+        def begin() -> None:
+            board.blocked = False
+            self._block_for(seconds, end)
+
+        board.when_still(begin)
+        return True
+
+    def _block_for(self, seconds: float, end) -> None:
+        self.board.waiting = lambda: None
+
+        def done() -> None:
+            self.board.waiting = None
+            end()
+
+        self.board.schedule(seconds, done)
+
+    def _shift(self, block: Block) -> None:
+        board = self.board
+        scale = 25.4 if self.units == "G20" else 1.0
+        if block.has("G92.1"):
+            self.g92 = np.zeros(3)
+        for letter, value in block.axes.items():
+            k = "XYZ".index(letter)
+            base = board.planned[k] - board.offsets[self.system][k]
+            self.g92[k] = base - value * scale
+        board.reports.offset_due = 0
+
+    def _store(self, block: Block) -> bool:
+        board = self.board
+        system = f"G{53 + int(block.values['P'])}" if block.values["P"] else self.system
+
+        def act() -> None:
+            for letter, value in block.axes.items():
+                k = "XYZ".index(letter)
+                if block.values["L"] == 20:
+                    value = board.planned[k] - self.g92[k] - value
+                board.offsets[system][k] = value
+            board.reports.offset_due = 0
+            board.answer()
+
+        board.when_still(act)
+        return True
+
+    def _move(self, block: Block) -> bool:
+        board = self.board
+        target = self._target(block)
+        if self._outside(target) and board.state != "Home":
+            self._soft_limit()
+            return True
+        scale = 25.4 if self.units == "G20" else 1.0
+        feed = np.inf if self.motion == "G0" else self.feed * scale
+        if len(board.queue) >= 15:
+            board.waiting = lambda: (board.plan(target, feed), board.answer())[1]
+            return True
+        if np.any(np.abs(target - board.planned) > 1e-9):
+            board.plan(target, feed)
+        return False
+
+    def _soft_limit(self) -> None:
+        board = self.board
+        self.swallowed = True
+
+        def alarm() -> None:
+            board.alarm(2, critical=True)
+
+        if board.glide is None:
+            alarm()
+            return
+        board.state, board.substate = "Hold", 1
+        board._brake(alarm)

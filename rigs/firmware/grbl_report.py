@@ -1,0 +1,121 @@
+"""What a Grbl board reports: states, positions, settings, parameters."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigs.firmware.grbl_settings import print_setting
+
+if TYPE_CHECKING:
+    from rigs.firmware.grbl import GrblFirmware
+
+BUSY = ("Run", "Jog", "Hold", "Door", "Home")
+INCH = 25.4
+
+
+class Reports:
+    """Write the reports of one board."""
+
+    def __init__(self, board: "GrblFirmware") -> None:
+        self.board = board
+        self.pending = False
+        self.reset()
+
+    def reset(self) -> None:
+        """Start the cadence of the rarer fields again."""
+        self.offset_due = 0
+        self.overrides_due = 0
+        self.overrides = [100, 100, 100]
+        self.pending = False
+
+    def vector(self, values: np.ndarray) -> str:
+        """Return comma-separated coordinates in the units of the reports."""
+        inches = bool(self.board.settings[13])
+        scale, digits = (1 / INCH, 4) if inches else (1.0, 3)
+        return ",".join(f"{value * scale + 0.0:.{digits}f}" for value in values)
+
+    def pins(self) -> str:
+        """Return the letters of the switches pressed."""
+        pressed = self.board.true_position >= -1e-9
+        homed = bool(self.board.settings[22])
+        return "".join("XYZ"[k] for k in range(3) if pressed[k] and homed)
+
+    def ask(self) -> None:
+        """Answer a question mark, now or when homing ends."""
+        board = self.board
+        if board.state == "Home" and board.commands.homing_line:
+            self.pending = True
+            return
+        board.send(self.status())
+
+    def status(self) -> str:
+        """Return a status report."""
+        board = self.board
+        state = board.state
+        if state in ("Hold", "Door"):
+            state += f":{board.substate}"
+        mask = int(board.settings[10])
+        offset = board.commands.work_offset()
+        here = board.position
+        name, shown = ("MPos", here) if mask & 1 else ("WPos", here - offset)
+        fields = [state, f"{name}:{self.vector(shown)}"]
+        if mask & 2:
+            fields.append(f"Bf:{15 - len(board.queue)},{128 - len(board.ring)}")
+        fields.append(f"FS:{self._feed()},0")
+        fields += self._pins_field() + self._rare_fields(offset)
+        return "<" + "|".join(fields) + ">\r\n"
+
+    def _feed(self) -> str:
+        board = self.board
+        speed = board.glide.speed_at(board.now) * 60 if board.glide else 0.0
+        return f"{speed / INCH:.1f}" if board.settings[13] else f"{speed:.0f}"
+
+    def _pins_field(self) -> list[str]:
+        pins = self.pins() if self.board.commands.homed_once else ""
+        return [f"Pn:{pins}"] if pins else []
+
+    def _rare_fields(self, offset: np.ndarray) -> list[str]:
+        busy = self.board.state in BUSY
+        fields = []
+        if self.offset_due > 0:
+            self.offset_due -= 1
+        else:
+            self.offset_due = 29 if busy else 9
+            self.overrides_due = max(self.overrides_due, 1)
+            fields.append(f"WCO:{self.vector(offset)}")
+        if self.overrides_due > 0:
+            self.overrides_due -= 1
+        else:
+            self.overrides_due = 19 if busy else 9
+            fields.append("Ov:" + ",".join(str(value) for value in self.overrides))
+        return fields
+
+    def override(self, byte: int) -> None:
+        """Take a real-time override; equal bytes at once count as one."""
+        wanted = {0x90: (0, 100), 0x95: (1, 100), 0x96: (1, 50), 0x97: (1, 25)}
+        if byte in wanted:
+            place, value = wanted[byte]
+            self.overrides[place] = value
+        elif byte in (0x91, 0x92):
+            self.overrides[0] = 110 if byte == 0x91 else 90
+        self.overrides_due = 0
+
+    def settings(self) -> str:
+        """Return the settings report."""
+        lines = [print_setting(n, v) for n, v in sorted(self.board.settings.items())]
+        return "".join(f"{line}\r\n" for line in lines)
+
+    def parameters(self) -> str:
+        """Return the coordinate offsets and the last probe."""
+        commands = self.board.commands
+        lines = [f"[{k}:{self.vector(v)}]" for k, v in self.board.offsets.items()]
+        lines.append(f"[G92:{self.vector(commands.g92)}]")
+        lines += ["[TLO:0.000]", "[PRB:0.000,0.000,0.000:0]"]
+        return "".join(f"{line}\r\n" for line in lines)
+
+    def modes(self) -> str:
+        """Return the parser state."""
+        c = self.board.commands
+        codes = [c.motion, c.system, c.plane, c.units, c.distance, c.feed_mode]
+        tail = f"M5 M9 T{c.tool} F{c.feed:.0f} S0"
+        return f"[GC:{' '.join(codes)} {tail}]\r\n"

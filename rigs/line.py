@@ -1,0 +1,146 @@
+"""Serial lines: the only file that knows pyserial."""
+
+from typing import Protocol, runtime_checkable
+
+from rigs.clock import Clock, SystemClock
+from rir.errors import RigError
+from rir.optional import require
+
+READ_STEP = 0.005
+
+
+class LineError(RigError):
+    """The serial line is gone or cannot be opened."""
+
+
+@runtime_checkable
+class Line(Protocol):
+    """Carry bytes; whoever reads gives a time-out."""
+
+    def open(self) -> None:
+        """Open, or open again."""
+        ...
+
+    def write(self, data: bytes) -> None:
+        """Send bytes."""
+        ...
+
+    def read(self, timeout: float) -> bytes:
+        """Return what has arrived, waiting up to `timeout` seconds for a byte."""
+        ...
+
+    def close(self) -> None:
+        """Close; a second call does nothing."""
+        ...
+
+
+class SerialLine:
+    """Talk over anything pyserial can open by name or URL.
+
+    Parameters
+    ----------
+    port
+        ``/dev/ttyUSB0``, ``COM3``, ``socket://host:port``, ``spy://port?file=log``…
+    baud
+        Bits per second.
+    clock
+        Time the time-outs are counted in.
+    assert_dtr
+        Whether the line's DTR is raised on opening; many boards reset on it, so it
+        is left low where the port allows.
+    """
+
+    def __init__(
+        self,
+        port: str,
+        baud: int = 115200,
+        clock: Clock | None = None,
+        *,
+        assert_dtr: bool = False,
+    ) -> None:
+        self.port = port
+        self.baud = baud
+        self.clock = clock or SystemClock()
+        self.assert_dtr = assert_dtr
+        self._serial = None
+
+    def open(self) -> None:
+        """Open the port, exclusively where the system can.
+
+        Raises
+        ------
+        LineError
+            If the port is missing or in use.
+        """
+        serial = require("serial", why="a serial rig")
+        self.close()
+        try:
+            line = serial.serial_for_url(
+                self.port, self.baud, timeout=READ_STEP, do_not_open=True
+            )
+            _set_quietly(line, "exclusive", True)
+            _set_quietly(line, "dtr", self.assert_dtr)
+            _set_quietly(line, "rts", self.assert_dtr)
+            line.open()
+        except (OSError, ValueError) as error:
+            raise LineError(
+                f"port {self.port} cannot be opened: {error}; `rig ports` lists the "
+                "ports there are; close other programs that use it"
+            ) from error
+        self._serial = line
+
+    def write(self, data: bytes) -> None:
+        """Send bytes."""
+        try:
+            self._opened().write(data)
+        except OSError as error:
+            raise self._gone(error) from error
+
+    def read(self, timeout: float) -> bytes:
+        """Return what has arrived, waiting up to `timeout` seconds for a byte."""
+        line = self._opened()
+        deadline = self.clock.now() + timeout
+        try:
+            while True:
+                data = line.read(max(1, line.in_waiting))
+                if data or self.clock.now() >= deadline:
+                    return data
+        except (OSError, TypeError) as error:
+            raise self._gone(error) from error
+
+    def close(self) -> None:
+        """Close the port; errors of a port that is gone already are ignored."""
+        if self._serial is not None:
+            line, self._serial = self._serial, None
+            try:
+                line.close()
+            except OSError:
+                pass
+
+    def _opened(self):
+        if self._serial is None:
+            raise LineError(f"port {self.port} is not open; connect first")
+        return self._serial
+
+    def _gone(self, error: Exception) -> LineError:
+        self.close()
+        return LineError(
+            f"port {self.port} is gone ({error}); check cable and power, then connect "
+            "and home again"
+        )
+
+
+def _set_quietly(line: object, name: str, value: bool) -> None:
+    """Set an option before opening; pseudo-terminals and sockets lack some."""
+    try:
+        setattr(line, name, value)
+    except (OSError, ValueError, AttributeError):
+        pass
+
+
+def list_ports() -> list[tuple[str, str]]:
+    """Return (port, description) of the serial ports the system knows."""
+    require("serial", why="a serial rig")
+    from serial.tools import list_ports as known
+
+    return [(port.device, str(port.description)) for port in known.comports()]
