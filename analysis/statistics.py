@@ -5,9 +5,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Estimate", "estimate_mean", "interval_of_pseudo_values", "superiority"]
+__all__ = [
+    "Estimate",
+    "estimate_mean",
+    "interval_of_pseudo_values",
+    "ratio_of_means",
+    "superiority",
+]
 
 FloatArray = NDArray[np.float64]
+Groups = NDArray[np.intp]
 RESAMPLES = 4000
 
 
@@ -80,7 +87,7 @@ def interval_of_pseudo_values(
 
 
 def estimate_mean(
-    values: FloatArray, groups: FloatArray, rng: np.random.Generator
+    values: FloatArray, groups: Groups, rng: np.random.Generator
 ) -> Estimate:
     """Estimate the mean of values that share pairs.
 
@@ -96,7 +103,7 @@ def estimate_mean(
     good = np.isfinite(values)
     kept = values[good]
     if not len(kept):
-        return Estimate(*[np.nan] * 5, 0, len(values))
+        return Estimate(np.nan, np.nan, np.nan, np.nan, np.nan, 0, len(values))
     low, high = interval_of_pseudo_values(
         pseudo_values(kept, np.asarray(groups)[good]), rng
     )
@@ -111,7 +118,7 @@ def estimate_mean(
     )
 
 
-def pseudo_values(values: FloatArray, groups: FloatArray) -> FloatArray:
+def pseudo_values(values: FloatArray, groups: Groups) -> FloatArray:
     """Return the jackknife pseudo-values of the mean, one for each pair.
 
     References
@@ -129,6 +136,37 @@ def pseudo_values(values: FloatArray, groups: FloatArray) -> FloatArray:
             without = (total - values[inside].sum()) / rest
             result[k] = count * values.mean() - (count - 1) * without
     return result
+
+
+def ratio_of_means(
+    paired: FloatArray,
+    own: Groups,
+    unpaired: FloatArray,
+    strangers: Groups,
+    rng: np.random.Generator,
+) -> tuple[float, float]:
+    """Return the 95 % interval of mean(unpaired) / mean(paired).
+
+    The jackknife takes a pair out of both means at once, on the logarithm.
+    """
+    pairs = own[:, 0]
+    first, second = np.isfinite(paired), np.isfinite(unpaired)
+    if first.sum() < 3 or not second.any() or np.any(paired[first] <= 0):
+        return np.nan, np.nan
+
+    def logarithm(without: int | None) -> float:
+        a = first if without is None else first & (pairs != without)
+        touched = np.any(strangers == without, axis=-1)
+        b = second if without is None else second & ~touched
+        if not b.any():
+            return np.nan
+        return float(np.log(unpaired[b].mean() / paired[a].mean()))
+
+    kept = pairs[first]
+    whole, count = logarithm(None), len(kept)
+    values = [count * whole - (count - 1) * logarithm(int(k)) for k in kept]
+    low, high = interval_of_pseudo_values(np.array(values), rng)
+    return float(np.exp(low)), float(np.exp(high))
 
 
 def superiority(small: FloatArray, large: FloatArray) -> float:

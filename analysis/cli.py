@@ -1,0 +1,49 @@
+"""The command `analyze-reciprocity`."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rir.command import run
+
+__all__ = ["app", "main"]
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    help="Analyse impulse responses and their reciprocity.",
+)
+
+
+@app.callback()
+def _commands() -> None:
+    """Keep `report` a sub-command even while it is the only one."""
+
+
+@app.command()
+def report(
+    sessions: Annotated[list[Path], typer.Argument(help="Sessions or .h5 files.")],
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder to write to [beside the first session]."),
+    ] = None,
+    title: Annotated[str, typer.Option(help="Heading.")] = "Reciprocity report",
+    flavour: Annotated[str, typer.Option(help="paper, raf or robust.")] = "paper",
+    duration: Annotated[
+        float | None, typer.Option(help="Compare the first seconds only [s].")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Seed of the bootstrap.")] = 0,
+) -> None:
+    """Compare paired and un-paired responses; write HTML, JSON and CSV."""
+    from analysis.report.command import make_report
+
+    make_report(
+        sessions, out, title=title, flavour=flavour, duration=duration, seed=seed
+    )
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command and return its exit code."""
+    return run(app, argv, prog="analyze-reciprocity")

@@ -1,0 +1,146 @@
+"""Figures drawn as SVG text: small, sharp, and readable without a program."""
+
+import math
+from collections.abc import Sequence
+from html import escape
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["FORWARD", "REVERSE", "STRANGER", "strip_chart", "waveform_chart"]
+
+FloatArray = NDArray[np.float64]
+
+FORWARD = "#1f6fb2"
+REVERSE = "#d9690f"
+STRANGER = "#8a8f98"
+
+
+def _svg(width: float, height: float, label: str, body: Sequence[str]) -> str:
+    return (
+        f'<svg viewBox="0 0 {width:g} {height:g}" role="img"'
+        f' xmlns="http://www.w3.org/2000/svg" aria-label="{escape(label)}">'
+        f"<title>{escape(label)}</title>{''.join(body)}</svg>"
+    )
+
+
+def _text(x: float, y: float, words: str, anchor: str = "start", size: int = 11) -> str:
+    return (
+        f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}" font-size="{size}"'
+        f' font-family="sans-serif" fill="currentColor">{escape(words)}</text>'
+    )
+
+
+def strip_chart(title: str, unit: str, paired: FloatArray, unpaired: FloatArray) -> str:
+    """Draw paired and un-paired distances as dots on one logarithmic axis.
+
+    Parameters
+    ----------
+    title, unit : str
+        What is drawn, in which unit.
+    paired, unpaired : ndarray
+        Distances; those that are zero or undefined are left out.
+    """
+    rows = [
+        ("paired", FORWARD, _positive(paired)),
+        ("un-paired", STRANGER, _positive(unpaired)),
+    ]
+    together = np.concatenate([values for _, _, values in rows])
+    label = f"{title} [{unit}]" if unit else title
+    body = [_text(4, 14, label, size=12)]
+    if not len(together):
+        return _svg(340, 96, label, [*body, _text(4, 50, "all distances are zero")])
+    low = math.floor(math.log10(together.min()))
+    high = max(low + 1, math.ceil(math.log10(together.max())))
+
+    def across(value: float) -> float:
+        return 70 + 260 * (math.log10(value) - low) / (high - low)
+
+    for power in range(low, high + 1):
+        x = across(10.0**power)
+        body.append(f'<path d="M{x:.1f} 22V76" stroke="currentColor" opacity=".15"/>')
+        body.append(_text(x, 90, f"{10.0**power:g}", "middle", 10))
+    for k, (name, color, values) in enumerate(rows):
+        y = 38 + 26 * k
+        body.append(_text(64, y + 4, name, "end"))
+        body.extend(_dots(values, color, y, across))
+    return _svg(340, 96, label, body)
+
+
+def _positive(values: FloatArray) -> FloatArray:
+    kept = values[np.isfinite(values)]
+    return np.sort(kept[kept > 0])
+
+
+def _dots(values: FloatArray, color: str, y: float, across) -> list[str]:
+    # Many dots are thinned evenly over their ranks, so the spread stays visible.
+    shown = values[np.linspace(0, len(values) - 1, min(len(values), 150)).astype(int)]
+    path = "".join(
+        f"M{across(v):.1f} {y + 14 * ((0.618 * i) % 1 - 0.5):.1f}h0"
+        for i, v in enumerate(shown)
+    )
+    dots = (
+        f'<path d="{path}" stroke="{color}" stroke-width="4" opacity=".55"'
+        ' stroke-linecap="round"/>'
+    )
+    if not len(values):
+        return []
+    x = across(float(values.mean()))
+    mean = f'<path d="M{x:.1f} {y - 10}v20" stroke="{color}" stroke-width="2.5"/>'
+    return [dots, mean]
+
+
+def waveform_chart(
+    title: str,
+    curves: Sequence[tuple[str, str, FloatArray]],
+    sample_rate: int,
+    duration: float,
+) -> str:
+    """Draw responses over one another.
+
+    Parameters
+    ----------
+    title : str
+        Heading of the figure.
+    curves : sequence of (name, colour, samples)
+        What to draw, the last on top.
+    sample_rate : int
+        Samples per second [Hz].
+    duration : float
+        Seconds to show.
+    """
+    count = max(2, round(duration * sample_rate))
+    tallest = max(
+        (float(np.max(np.abs(s[:count]), initial=0.0)) for _, _, s in curves),
+        default=0.0,
+    )
+    body = [_text(4, 14, title, size=12)]
+    body.append('<path d="M10 84H330" stroke="currentColor" opacity=".3"/>')
+    for name, color, samples in curves:
+        line = _polyline(samples[:count], tallest or 1.0)
+        body.append(
+            f'<path d="{line}" fill="none" stroke="{color}" stroke-width="1.1"'
+            f' opacity=".85"><title>{escape(name)}</title></path>'
+        )
+    for k, (name, color, _) in enumerate(curves):
+        body.append(
+            f'<path d="M{200 + 70 * k} 10h14" stroke="{color}" stroke-width="3"/>'
+        )
+        body.append(_text(217 + 70 * k, 14, name, size=10))
+    for fraction in (0, 0.5, 1.0):
+        words = f"{1000 * duration * fraction:.0f} ms"
+        anchor = ("start", "middle", "end")[round(2 * fraction)]
+        body.append(_text(10 + 320 * fraction, 160, words, anchor, 10))
+    return _svg(340, 164, title, body)
+
+
+def _polyline(samples: FloatArray, tallest: float, points: int = 640) -> str:
+    """Return a path through the extremes of each pixel column."""
+    blocks = np.array_split(samples, min(len(samples), points // 2))
+    extremes = np.array([(b.min(), b.max()) for b in blocks]).ravel()
+    if len(samples) <= points:
+        extremes = samples
+    x = np.linspace(10, 330, len(extremes))
+    y = 84 - 62 * extremes / tallest
+    pairs = " ".join(f"{a:.1f} {b:.1f}" for a, b in zip(x, y, strict=True))
+    return f"M{pairs}"
