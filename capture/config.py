@@ -1,0 +1,163 @@
+"""What a session is, as checked data: the contents of ``session.yaml``."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from rir import Pose, RoomSpec
+from rir.config import Config
+
+__all__ = [
+    "Channels",
+    "PairConfig",
+    "PairsFile",
+    "PlaceConfig",
+    "SessionConfig",
+    "Simulation",
+    "SweepConfig",
+]
+
+SCHEMA = 1
+Vector = tuple[float, float, float]
+
+
+class PlaceConfig(Config):
+    """Where a device stands and which way its front looks."""
+
+    position_m: Vector
+    orientation: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
+
+    @property
+    def pose(self) -> Pose:
+        """Return the place as a pose."""
+        return Pose(self.position_m, self.orientation)  # type: ignore[arg-type]
+
+    @staticmethod
+    def of(pose: Pose) -> "PlaceConfig":
+        """Return the configuration of a pose."""
+        x, y, z = (float(value) for value in pose.position)
+        i, j, k, w = (float(value) for value in pose.orientation)
+        return PlaceConfig(position_m=(x, y, z), orientation=(i, j, k, w))
+
+
+class PairConfig(Config):
+    """Two places between which both directions are measured."""
+
+    id: Annotated[str, Field(pattern=r"^[A-Za-z0-9-]{1,32}$")]
+    a: PlaceConfig
+    b: PlaceConfig
+
+
+class ListedPair(Config):
+    """A pair as a person writes it: positions, the fronts face each other."""
+
+    id: str | None = None
+    a: Vector
+    b: Vector
+
+
+class PairsFile(Config):
+    """A YAML file that lists pairs by hand."""
+
+    pairs: Annotated[list[ListedPair], Field(min_length=1)]
+
+
+class SweepConfig(Config):
+    """The excitation and the silence round it."""
+
+    seconds: Annotated[float, Field(gt=0.05, le=120)] = 5.0
+    band_hz: tuple[float, float] = (40.0, 20000.0)
+    amplitude_dbfs: Annotated[float, Field(le=0)] = -12.0
+    noise_s: Annotated[float, Field(ge=0.1)] = 0.5
+    tail_s: Annotated[float, Field(ge=0.1)] = 1.5
+
+    @model_validator(mode="after")
+    def _band_rises(self) -> "SweepConfig":
+        low, high = self.band_hz
+        if not 0 < low < high:
+            raise ValueError(f"band_hz must rise from above 0 Hz, not {low}…{high}")
+        return self
+
+
+class Channels(Config):
+    """Which input carries what; inputs and outputs count from 1, as on the box."""
+
+    microphones: Annotated[tuple[int, ...], Field(min_length=1)] = (1,)
+    loopback: int | None = 2
+    loudspeakers: Annotated[tuple[int, ...], Field(min_length=1)] = (1,)
+    loopback_output: int | None = None
+    microphone_offsets_m: tuple[Vector, ...] = ((0.0, 0.0, 0.0),)
+    loudspeaker_offsets_m: tuple[Vector, ...] = ((0.0, 0.0, 0.0),)
+
+    @model_validator(mode="after")
+    def _distinct(self) -> "Channels":
+        inputs = [*self.microphones, *([self.loopback] if self.loopback else [])]
+        if len(set(inputs)) != len(inputs):
+            raise ValueError(f"each input can carry one thing, not {inputs}")
+        for what in ("microphone", "loudspeaker"):
+            devices = getattr(self, f"{what}s")
+            offsets = getattr(self, f"{what}_offsets_m")
+            if len(offsets) != len(devices):
+                raise ValueError(
+                    f"{len(devices)} {what}s need as many {what}_offsets_m, "
+                    f"not {len(offsets)}"
+                )
+        return self
+
+    @property
+    def inputs(self) -> list[int]:
+        """Inputs recorded, in file order: microphones, then the loopback."""
+        return [*self.microphones, *([self.loopback] if self.loopback else [])]
+
+
+class Simulation(Config):
+    """What the simulated interface adds to the world's own responses."""
+
+    loudspeaker: Literal["omni", "cardioid"] = "omni"
+    loudspeaker_response: bool = False
+    latency_samples: float = 1234.37
+    noise_db: float | None = None
+    converter_noise_db: float | None = None
+    distortion_db: tuple[float, float] | None = None
+    placement_mm: Annotated[float, Field(ge=0)] = 0.0
+    temperature_sigma_c: Annotated[float, Field(ge=0)] = 0.0
+    measured: str | None = None
+
+    @property
+    def exact(self) -> bool:
+        """Whether nothing random is added to a take."""
+        return self.noise_db is None and self.converter_noise_db is None
+
+
+class SessionConfig(Config):
+    """Everything a session needs to know; written beside its results."""
+
+    schema_version: Literal[1] = SCHEMA
+    room: RoomSpec
+    pairs: Annotated[list[PairConfig], Field(min_length=1)]
+    takes: Annotated[int, Field(ge=1, le=99)] = 1
+    retakes: Annotated[int, Field(ge=0, le=99)] = 2
+    seed: int = 0
+    sample_rate: Annotated[int, Field(ge=8000, le=384000)] = 48000
+    sweep: SweepConfig = SweepConfig()
+    response_s: Annotated[float, Field(gt=0)] = 1.0
+    pre_s: Annotated[float, Field(ge=0)] = 0.01
+    settle_s: Annotated[float, Field(ge=0)] = 2.0
+    interface: str = "simulated"
+    rig: str = "simulated"
+    device: str | None = None
+    channels: Channels = Channels()
+    simulation: Simulation | None = Simulation()
+
+    @model_validator(mode="after")
+    def _ids_differ(self) -> "SessionConfig":
+        ids = [pair.id for pair in self.pairs]
+        twice = sorted({name for name in ids if ids.count(name) > 1})
+        if twice:
+            raise ValueError(f"pair ids must differ; twice: {', '.join(twice)}")
+        return self
+
+    @property
+    def simulated(self) -> bool:
+        """Whether any part of what this session records is simulated."""
+        return self.interface == "simulated"

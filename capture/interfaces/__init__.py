@@ -1,0 +1,13 @@
+"""Audio interfaces: things that play a signal and record what comes back."""
+
+from capture.interfaces import simulated  # noqa: F401 (enters the table)
+from capture.interfaces.protocol import AudioInterface, Recording
+from capture.interfaces.table import INTERFACES, InterfaceKind, Surroundings
+
+__all__ = [
+    "INTERFACES",
+    "AudioInterface",
+    "InterfaceKind",
+    "Recording",
+    "Surroundings",
+]

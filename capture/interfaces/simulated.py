@@ -1,0 +1,179 @@
+"""An audio interface in a simulated room: no sound is made, and it says so."""
+
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capture.config import SessionConfig, Simulation
+from capture.interfaces.loudspeaker import drive, loudspeaker_gain
+from capture.interfaces.protocol import Recording
+from capture.interfaces.table import (
+    INTERFACES,
+    InterfaceKind,
+    Surroundings,
+    WorldView,
+)
+from capture.randomness import take_rng
+from rir import InterfaceError
+
+__all__ = ["SimulatedInterface"]
+
+FloatArray = NDArray[np.float64]
+
+
+class SimulatedInterface:
+    """Play into a simulated world and record what its listeners hear.
+
+    The channels are the world's listeners, then the loopback. The electronics'
+    latency, with its fraction, delays all of them alike.
+
+    Parameters
+    ----------
+    world : WorldView
+        The room; its emitter and listeners are placed by the rigs.
+    simulation : Simulation
+        What is added to the world's own responses.
+    sample_rate : int
+        Rate [Hz]; the world's own.
+    seed : int
+        With the label of a take, the source of its noise.
+    """
+
+    simulated = True
+
+    def __init__(
+        self,
+        world: WorldView,
+        simulation: Simulation,
+        *,
+        sample_rate: int,
+        seed: int = 0,
+        n_microphones: int = 1,
+    ) -> None:
+        self.sample_rate = sample_rate
+        self.loopback: int | None = n_microphones
+        self.n_inputs = n_microphones + 1
+        self._world = world
+        self._simulation = simulation
+        self._seed = seed
+        self._driven: _Driven | None = None
+
+    def play_record(
+        self, signal: FloatArray, n_samples: int, *, label: str, output: int = 0
+    ) -> Recording:
+        """Return what the listeners and the loopback record of a signal."""
+        del output
+        responses = self._world.responses()
+        driven = self._prepare(signal, n_samples, responses.shape[-1])
+        samples = np.empty((self.n_inputs, n_samples))
+        samples[:-1] = driven.through(responses)
+        samples[-1] = driven.loopback
+        self._add_noise(samples, driven.level, take_rng(self._seed, label))
+        if not self._simulation.exact:
+            samples = samples.astype(np.float32).astype(np.float64)
+        return Recording(samples, self.sample_rate, [], {"simulated": True})
+
+    def _prepare(self, signal: FloatArray, n_samples: int, tail: int) -> "_Driven":
+        """Return the transformed signal; every take of a session shares it."""
+        driven = self._driven
+        if driven is None or not driven.fits(signal, n_samples, tail):
+            driven = _Driven(
+                signal, n_samples, tail, self._simulation, self.sample_rate
+            )
+            self._driven = driven
+        return driven
+
+    def _add_noise(
+        self, samples: FloatArray, level: float, rng: np.random.Generator
+    ) -> None:
+        ambient = self._simulation.noise_db
+        converter = self._simulation.converter_noise_db
+        if ambient is not None:
+            scale = level * 10 ** (ambient / 20)
+            samples[:-1] += scale * rng.standard_normal(samples[:-1].shape)
+        if converter is not None:
+            samples += 10 ** (converter / 20) * rng.standard_normal(samples.shape)
+
+    def describe(self) -> dict[str, Any]:
+        """Return the name and every switch."""
+        return {
+            "name": "SIMULATED interface",
+            "simulated": True,
+            **self._simulation.model_dump(mode="json"),
+        }
+
+    def close(self) -> None:
+        """Release nothing."""
+
+
+class _Driven:
+    """A signal as the loudspeaker and the loopback receive it, transformed once."""
+
+    def __init__(
+        self,
+        signal: FloatArray,
+        n_samples: int,
+        tail: int,
+        simulation: Simulation,
+        sample_rate: int,
+    ) -> None:
+        fft: Any = import_module("scipy.fft")
+
+        self.signal, self.n_samples, self.tail = signal, n_samples, tail
+        active = np.flatnonzero(signal)
+        end = int(active[-1]) + 1 if active.size else 1
+        latency = simulation.latency_samples
+        room = end + int(np.ceil(latency)) + tail + GUARD
+        self.n_fft = fft.next_fast_len(max(room, n_samples), real=True)
+        frequencies = fft.rfftfreq(self.n_fft)
+        delay = np.exp(-2j * np.pi * frequencies * latency)
+        plain = fft.rfft(signal, self.n_fft) * delay
+        self.loopback = fft.irfft(plain, self.n_fft)[:n_samples]
+        self.spectrum = plain
+        if simulation.distortion_db is not None:
+            bent = drive(signal[:end], simulation.distortion_db)
+            self.spectrum = fft.rfft(bent, self.n_fft) * delay
+        if simulation.loudspeaker_response:
+            self.spectrum = self.spectrum * loudspeaker_gain(frequencies * sample_rate)
+        self.level = float(np.sqrt(np.mean(signal[active[0] : end] ** 2)))
+
+    def fits(self, signal: FloatArray, n_samples: int, tail: int) -> bool:
+        """Tell whether this is the transform that a take needs."""
+        same = self.signal is signal or np.array_equal(self.signal, signal)
+        return same and (self.n_samples, self.tail) == (n_samples, tail)
+
+    def through(self, responses: FloatArray) -> FloatArray:
+        """Return the signal as heard through each response, shape (n, n_samples)."""
+        fft: Any = import_module("scipy.fft")
+
+        heard = np.empty((len(responses), self.n_samples))
+        for row, response in zip(heard, responses, strict=True):
+            product = fft.rfft(response, self.n_fft) * self.spectrum
+            row[:] = fft.irfft(product, self.n_fft)[: self.n_samples]
+        return heard
+
+
+GUARD = 4096
+"""Room for the ringing of a fractional delay, so that it does not wrap round."""
+
+
+def _open(config: SessionConfig, around: Surroundings) -> SimulatedInterface:
+    if around.world is None or config.simulation is None:
+        raise InterfaceError(
+            "the simulated interface needs a simulated world; "
+            "choose a room and a simulation section, or another --interface"
+        )
+    return SimulatedInterface(
+        around.world,
+        config.simulation,
+        sample_rate=config.sample_rate,
+        seed=config.seed,
+        n_microphones=len(config.channels.microphones),
+    )
+
+
+INTERFACES.add("simulated")(
+    InterfaceKind("computes what a room would answer; makes no sound", _open)
+)

@@ -1,0 +1,44 @@
+"""The table of audio interfaces."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capture.config import SessionConfig
+from capture.interfaces.protocol import AudioInterface
+from rir import Registry
+
+__all__ = ["INTERFACES", "InterfaceKind", "Surroundings", "WorldView"]
+
+
+@runtime_checkable
+class WorldView(Protocol):
+    """What a simulated interface asks of the simulated world."""
+
+    def responses(self) -> NDArray[np.float64]:
+        """Return the response to each listener, shape (listeners, n)."""
+        ...
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What an interface may need from the program around it."""
+
+    world: WorldView | None = None
+    """The simulated room, for simulated interfaces."""
+
+
+@dataclass(frozen=True)
+class InterfaceKind:
+    """One kind of interface and how it is opened."""
+
+    about: str
+    """One line for the lists."""
+    open: Callable[[SessionConfig, Surroundings], AudioInterface]
+    """Opens it for a session."""
+
+
+INTERFACES: Registry[InterfaceKind] = Registry("audio interface")

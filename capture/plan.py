@@ -1,0 +1,176 @@
+"""What a session will do, as data: it can be printed and checked before it runs."""
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+from capture.config import PairConfig, SessionConfig
+from rir import Pose
+
+__all__ = ["Measure", "Move", "Plan", "Step", "Wait", "build_plan", "take_name"]
+
+Direction = Literal["AB", "BA"]
+
+
+@dataclass(frozen=True)
+class Move:
+    """Carry loudspeaker and microphone to the two places of a pair."""
+
+    pair: str
+    direction: Direction
+    emitter: Pose
+    listener: Pose
+
+    def __str__(self) -> str:
+        start, end = self.direction
+        return (
+            f"move loudspeaker to {self.pair}{start} {self.emitter}, "
+            f"microphone to {self.pair}{end} {self.listener}"
+        )
+
+
+@dataclass(frozen=True)
+class Wait:
+    """Let the room become quiet."""
+
+    seconds: float
+
+    def __str__(self) -> str:
+        return f"wait {self.seconds:g} s"
+
+
+@dataclass(frozen=True)
+class Measure:
+    """Record takes of one direction until enough are good."""
+
+    pair: str
+    direction: Direction
+    emitter: Pose
+    listener: Pose
+    takes: int = 1
+    loudspeaker: int = 0
+
+    @property
+    def key(self) -> str:
+        """Name of what is measured: pair, direction and, past the first, speaker."""
+        speaker = f"-s{self.loudspeaker + 1}" if self.loudspeaker else ""
+        return f"{self.pair}_{self.direction}{speaker}"
+
+    def __str__(self) -> str:
+        return f"measure {self.key}, {self.takes} take{'s' * (self.takes > 1)}"
+
+
+Step = Move | Wait | Measure
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The steps of a session, in order.
+
+    Attributes
+    ----------
+    steps : tuple of Step
+        What is done.
+    take_s : float
+        Length of one take [s].
+    move_s : float
+        Assumed length of one move [s].
+    """
+
+    steps: tuple[Step, ...]
+    take_s: float
+    move_s: float = 15.0
+
+    @property
+    def measures(self) -> list[Measure]:
+        """The measuring steps alone."""
+        return [step for step in self.steps if isinstance(step, Measure)]
+
+    @property
+    def moves(self) -> list[Move]:
+        """The moving steps alone."""
+        return [step for step in self.steps if isinstance(step, Move)]
+
+    def seconds(self) -> float:
+        """Estimate how long the steps take [s]."""
+        return sum(self.step_seconds(step) for step in self.steps)
+
+    def step_seconds(self, step: Step) -> float:
+        """Estimate how long one step takes [s]."""
+        if isinstance(step, Move):
+            return self.move_s
+        if isinstance(step, Wait):
+            return step.seconds
+        return step.takes * self.take_s
+
+    def without(self, done: Collection[str]) -> "Plan":
+        """Return the plan of what is left when some measures are done.
+
+        Moves and waits that lead to no remaining measure are left out.
+        """
+        left: list[Step] = []
+        approach: list[Step] = []
+        for step in self.steps:
+            if isinstance(step, Move):
+                approach = [step]
+            elif isinstance(step, Wait):
+                approach.append(step)
+            elif step.key not in done:
+                left += [*approach, step]
+                approach = []
+        return Plan(tuple(left), self.take_s, self.move_s)
+
+    def __iter__(self) -> Iterator[Step]:
+        return iter(self.steps)
+
+    def __len__(self) -> int:
+        return len(self.steps)
+
+
+def take_name(key: str, take_no: int) -> str:
+    """Return the name of a take, which is also its file's stem.
+
+    Examples
+    --------
+    >>> take_name("P01_AB", 2)
+    'P01_AB_2'
+    """
+    return f"{key}_{take_no}"
+
+
+def build_plan(config: SessionConfig, move_s: float = 15.0) -> Plan:
+    """Return the plan of a session.
+
+    Each pair is measured both ways back to back; every second pair starts with
+    the other direction, so that slow drift does not favour one.
+
+    Parameters
+    ----------
+    config : SessionConfig
+        The session.
+    move_s : float
+        Assumed length of one move [s], for the estimate only.
+    """
+    steps: list[Step] = []
+    for number, pair in enumerate(config.pairs):
+        order: tuple[Direction, ...] = ("AB", "BA") if number % 2 == 0 else ("BA", "AB")
+        for direction in order:
+            steps += _one_way(pair, direction, config)
+    sweep = config.sweep
+    return Plan(tuple(steps), sweep.noise_s + sweep.seconds + sweep.tail_s, move_s)
+
+
+def _one_way(
+    pair: PairConfig, direction: Direction, config: SessionConfig
+) -> list[Step]:
+    ends = {"A": pair.a.pose, "B": pair.b.pose}
+    start, end = direction
+    emitter, listener = ends[start], ends[end]
+    steps: list[Step] = [Move(pair.id, direction, emitter, listener)]
+    if config.settle_s:
+        steps.append(Wait(config.settle_s))
+    steps += [
+        Measure(pair.id, direction, emitter, listener, config.takes, speaker)
+        for speaker in range(len(config.channels.loudspeakers))
+    ]
+    return steps

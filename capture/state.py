@@ -1,0 +1,92 @@
+"""What a journal says has been done: the starting point of a resumed session."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from capture.journal import Event
+from capture.plan import Measure, Plan
+
+__all__ = ["SessionState", "TakeState"]
+
+
+@dataclass(frozen=True)
+class TakeState:
+    """One take that was recorded, good or not."""
+
+    name: str
+    key: str
+    take_no: int
+    event: Event
+
+    @property
+    def accepted(self) -> bool:
+        """Whether the take passed its checks and its file is whole."""
+        return bool(self.event.get("accepted"))
+
+
+@dataclass
+class SessionState:
+    """The sum of a session's events.
+
+    Attributes
+    ----------
+    takes : dict of str to TakeState
+        Recorded takes by name; a later event about the same take replaces the
+        earlier one, so that no take can count twice.
+    started : dict of str to dict
+        The last ``take_started`` event of each take.
+    """
+
+    takes: dict[str, TakeState] = field(default_factory=dict)
+    started: dict[str, Event] = field(default_factory=dict)
+    failed: dict[str, int] = field(default_factory=dict)
+    first: Event = field(default_factory=dict)
+    finished: bool = False
+
+    @staticmethod
+    def of(events: Iterable[Event]) -> "SessionState":
+        """Return the state after some events."""
+        state = SessionState()
+        for event in events:
+            state.add(event)
+        return state
+
+    def add(self, event: Event) -> None:
+        """Take one more event into account."""
+        kind = event["event"]
+        if kind == "session_started":
+            self.first = event
+        elif kind == "take_started":
+            self.started[event["take"]] = event
+        elif kind == "take_finished":
+            take = TakeState(event["take"], event["key"], event["take_no"], event)
+            self.takes[take.name] = take
+        elif kind == "take_dropped":
+            self.takes.pop(event["take"], None)
+        elif kind == "take_failed":
+            self.failed[event["key"]] = max(
+                event["take_no"], self.failed.get(event["key"], 0)
+            )
+        self.finished = kind in {"session_finished", "dataset_built"} and (
+            kind == "session_finished" or self.finished
+        )
+
+    def accepted(self, key: str) -> list[TakeState]:
+        """Return the good takes of a measure, in order."""
+        takes = (take for take in self.takes.values() if take.key == key)
+        return sorted(
+            (take for take in takes if take.accepted), key=lambda take: take.take_no
+        )
+
+    def next_take(self, key: str) -> int:
+        """Return the number of the next take of a measure."""
+        numbers = [take.take_no for take in self.takes.values() if take.key == key]
+        return 1 + max([0, self.failed.get(key, 0), *numbers])
+
+    def missing(self, measure: Measure) -> int:
+        """Return how many good takes a measure still needs."""
+        return max(0, measure.takes - len(self.accepted(measure.key)))
+
+    def done(self, plan: Plan) -> set[str]:
+        """Return the keys of the measures that need nothing more."""
+        return {step.key for step in plan.measures if not self.missing(step)}
