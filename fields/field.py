@@ -1,0 +1,119 @@
+"""What every field can do, and how a stored one is opened."""
+
+from pathlib import Path
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from fields.frame import SceneFrame
+from fields.table import FIELDS
+from rir import GainPattern, Pose, Poses
+from rir.errors import TrainingError
+
+
+@runtime_checkable
+class Field(Protocol):
+    """Answer the impulse response between any two poses."""
+
+    name: str
+    frame: SceneFrame
+
+    def predict(
+        self, emitters: Poses | Pose | np.ndarray, listeners: Poses | Pose | np.ndarray
+    ) -> np.ndarray:
+        """Return responses, shape (queries, n_samples), float32."""
+        ...
+
+    def save(self, path: str | Path) -> Path:
+        """Write the field to a file that :func:`load_field` opens."""
+        ...
+
+
+@runtime_checkable
+class Directional(Protocol):
+    """A field whose listener pattern can be exchanged and emitter read out."""
+
+    def predict(
+        self,
+        emitters: Poses,
+        listeners: Poses,
+        *,
+        listener_gain: GainPattern | None = None,
+    ) -> np.ndarray:
+        """Return responses heard through ``listener_gain``."""
+        ...
+
+    def emitter_gain(self) -> GainPattern:
+        """Return the emitter's pattern as the field has learned it."""
+        ...
+
+
+FIELD_FILES = ("field.pt", "field.npz")
+
+
+def load_field(path: str | Path) -> Field:
+    """Open a stored field.
+
+    Parameters
+    ----------
+    path : str or Path
+        A file written by ``field.save`` or a run folder of ``train-field``.
+
+    Raises
+    ------
+    TrainingError
+        If there is no field at ``path``.
+    MissingPartError
+        If the field is neural and torch is not installed.
+    """
+    file = _field_file(Path(path))
+    return FIELDS[_model_name(file)].load_module().load(file)
+
+
+def _field_file(path: Path) -> Path:
+    if path.is_file():
+        return path
+    for name in FIELD_FILES:
+        if (path / name).is_file():
+            return path / name
+    raise TrainingError(
+        f"no field at {path}: expected a file or a run folder holding "
+        f"{' or '.join(FIELD_FILES)}; train one with train-field"
+    )
+
+
+def _model_name(file: Path) -> str:
+    if file.suffix == ".npz":
+        with np.load(file, allow_pickle=False) as stored:
+            return str(stored["model"])
+    from rir.optional import require
+
+    torch = require("torch", why=f"{file.name}")
+    return torch.load(file, map_location="cpu", weights_only=True)["model"]
+
+
+def paired_queries(
+    emitters: Poses | Pose | np.ndarray, listeners: Poses | Pose | np.ndarray
+) -> tuple[Poses, Poses]:
+    """Bring both ends of a query to the same length.
+
+    One pose on a side is repeated for every pose of the other.
+
+    Raises
+    ------
+    TrainingError
+        If both sides hold several poses and their numbers differ.
+    """
+    ends = Poses.of(emitters), Poses.of(listeners)
+    sizes = len(ends[0]), len(ends[1])
+    if sizes[0] != sizes[1] and 1 not in sizes:
+        raise TrainingError(
+            f"{sizes[0]} emitters against {sizes[1]} listeners: give as many of "
+            "one as of the other, or a single pose on one side"
+        )
+    first, second = (_repeated(end, max(sizes)) for end in ends)
+    return first, second
+
+
+def _repeated(poses: Poses, count: int) -> Poses:
+    return poses if len(poses) == count else poses[np.zeros(count, dtype=int)]

@@ -1,0 +1,1 @@
+"""Building blocks of the networks; importing this folder's files needs torch."""

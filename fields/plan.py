@@ -1,0 +1,67 @@
+"""How a field is trained: everything but the model's own sizes."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+__all__ = ["Progress", "TrainingPlan"]
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Say how far a training is."""
+
+    step: int
+    fraction: float
+    loss: float
+    seconds: float
+
+
+@dataclass(frozen=True)
+class TrainingPlan:
+    """Hold the settings of one training.
+
+    The defaults are those the paper states where it states any (AdamW, cosine
+    from 1e-3 to 1e-4).
+    """
+
+    steps: int = 2000
+    "most optimiser steps"
+    budget_s: float | None = None
+    "seconds to train at most: CPU seconds of the process, or wall seconds on CUDA"
+    batch_size: int | None = None
+    "responses a step; None takes the model's own"
+    learning_rate: float = 1e-3
+    "start of the cosine"
+    final_learning_rate: float = 1e-4
+    "end of the cosine"
+    weight_decay: float = 1e-2
+    "of AdamW"
+    gradient_clip: float = 1.0
+    "largest norm of a step's gradient"
+    exchange: str = "none"
+    "emitter-listener exchange: none, flip (coin per response) or double (both)"
+    exchange_mode: str = "pose"
+    "what is swapped: pose, or position only"
+    self_supervised: str = "none"
+    "reciprocity loss on predictions: none, paper, teacher or pattern"
+    precision: str = "float32"
+    "float32, or bfloat16 inside the network"
+    device: str = "cpu"
+    "cpu or cuda"
+    compile: bool = False
+    "compile the network with torch.compile"
+    seed: int = 0
+    "seed of initial weights, batches and coins"
+    checkpoint_s: float = 30.0
+    "seconds between checkpoints"
+    out: Path | None = field(default=None, compare=False)
+    "folder for checkpoints; none are written without"
+    resume: bool = False
+    "continue from the checkpoint in the folder"
+    watch: np.ndarray | None = field(default=None, compare=False)
+    "rows to score during training, for the curve only"
+    on_progress: Callable[[Progress], None] | None = field(default=None, compare=False)
+    "called after every step"

@@ -1,0 +1,87 @@
+"""A table of scores: one row a method, one column a metric."""
+
+import csv
+import json
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fields.evaluate import METRIC_UNITS, Scores
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+__all__ = ["ResultTable"]
+
+
+@dataclass
+class ResultTable:
+    """Collect scores and show them to people and programs.
+
+    Parameters
+    ----------
+    title : str
+        What the table is about.
+    mark : str
+        SIMULATED or MEASURED, shown with the title.
+    rows : list of dict
+        "method", "seconds" and one value a metric; further keys are kept.
+    notes : list of str
+        Sentences below the table.
+    """
+
+    title: str
+    mark: str
+    rows: list[dict[str, Any]] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    def add(self, method: str, scores: Scores, **more: Any) -> None:
+        """Append one method's scores."""
+        self.rows.append({"method": method, **scores, **more})
+
+    def save(self, folder: Path) -> None:
+        """Write table.json and table.csv."""
+        content = {
+            "schema": 1,
+            "title": self.title,
+            "mark": self.mark,
+            "units": METRIC_UNITS,
+            "rows": [_plain(row) for row in self.rows],
+            "notes": self.notes,
+        }
+        (folder / "table.json").write_text(json.dumps(content, indent=1) + "\n")
+        names = list(dict.fromkeys(name for row in self.rows for name in row))
+        with (folder / "table.csv").open("w", newline="") as file:
+            writer = csv.DictWriter(file, names)
+            writer.writeheader()
+            writer.writerows(self.rows)
+
+    def rich(self) -> "Table":
+        """Return the table for a terminal."""
+        from rich.table import Table
+
+        table = Table(title=f"{self.title} [{self.mark}]", caption_justify="left")
+        table.caption = "\n".join(self.notes)
+        table.add_column("method")
+        for name, unit in METRIC_UNITS.items():
+            table.add_column(f"{name} {unit}".strip(), justify="right")
+        table.add_column("CPU s", justify="right")
+        for row in self.rows:
+            cells = [_cell(row.get(name)) for name in METRIC_UNITS]
+            table.add_row(row["method"], *cells, _cell(row.get("seconds"), 1))
+        return table
+
+
+def _plain(row: dict[str, Any]) -> dict[str, Any]:
+    # JSON has no NaN; a missing value is null.
+    return {
+        name: None if isinstance(value, float) and math.isnan(value) else value
+        for name, value in row.items()
+    }
+
+
+def _cell(value: float | None, places: int = 3) -> str:
+    if value is None or math.isnan(value):
+        return "–"
+    return f"{value:.{places}f}" if abs(value) < 100 else f"{value:.1f}"

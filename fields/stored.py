@@ -1,0 +1,53 @@
+"""Fields that answer from stored responses, and their file."""
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fields.data import FieldData
+from fields.exchange import exchanged
+from fields.frame import SceneFrame
+from fields.plan import TrainingPlan
+from rir import Poses
+
+__all__ = ["learned_rows", "load_stored", "save_stored"]
+
+
+def learned_rows(data: FieldData, plan: TrainingPlan) -> FieldData:
+    """Return the rows a baseline keeps, doubled when ends are exchanged."""
+    if plan.exchange == "none":
+        return data
+    return exchanged(data, plan.exchange_mode)
+
+
+def save_stored(path: Path, model: str, config: Any, data: FieldData) -> Path:
+    """Write a baseline's rows as one uncompressed archive."""
+    path = path.with_suffix(".npz")
+    np.savez(
+        path,
+        model=np.array(model),
+        config=np.array(json.dumps(asdict(config))),
+        frame=np.array(json.dumps(data.frame.as_dict())),
+        responses=data.responses,
+        emitters=data.emitters.positions,
+        emitter_orientations=data.emitters.orientations,
+        listeners=data.listeners.positions,
+        listener_orientations=data.listeners.orientations,
+    )
+    return path
+
+
+def load_stored(path: Path) -> tuple[dict[str, Any], FieldData]:
+    """Read what :func:`save_stored` wrote: the configuration and the rows."""
+    with np.load(path, allow_pickle=False) as stored:
+        frame = SceneFrame.from_dict(json.loads(str(stored["frame"])))
+        data = FieldData(
+            stored["responses"],
+            Poses(stored["emitters"], stored["emitter_orientations"]),
+            Poses(stored["listeners"], stored["listener_orientations"]),
+            frame,
+        )
+        return json.loads(str(stored["config"])), data

@@ -1,0 +1,73 @@
+"""The table of all fields: one line a model, one file a model."""
+
+from dataclasses import dataclass
+from importlib import import_module
+from types import ModuleType
+
+from rir.registry import Registry
+
+
+@dataclass(frozen=True)
+class FieldKind:
+    """Name a field model and say where it lives.
+
+    Every model file offers ``Config`` (a dataclass), ``fit(data, config,
+    plan)`` and ``load(path)``, so that callers never ask which model it is.
+
+    Parameters
+    ----------
+    module : str
+        Import path of the model's file; imported only when it is used.
+    summary : str
+        One line for a person choosing.
+    citation : str
+        Where the method was published.
+    neural : bool
+        Whether it needs torch.
+    """
+
+    module: str
+    summary: str
+    citation: str
+    neural: bool = True
+
+    def load_module(self) -> ModuleType:
+        """Import the model's file.
+
+        Raises
+        ------
+        MissingPartError
+            If it needs torch and torch is not installed.
+        """
+        if self.neural:
+            from rir.optional import require
+
+            require("torch", why=f"the field in {self.module}")
+        return import_module(self.module)
+
+
+FIELDS: Registry[FieldKind] = Registry("field")
+
+
+def _list(name: str, summary: str, citation: str, *, neural: bool = True) -> None:
+    module = f"fields.models.{name.replace('-', '_')}"
+    FIELDS.add(name)(FieldKind(module, summary, citation, neural))
+
+
+_list(
+    "nearest",
+    "the stored response whose two ends lie nearest",
+    "baseline",
+    neural=False,
+)
+_list(
+    "linear",
+    "interpolation between listeners of the nearest emitter",
+    "baseline",
+    neural=False,
+)
+_list(
+    "inras",
+    "waveform decoder over bounce points (INRAS-style)",
+    "Su, Chen and Shlizerman, INRAS, NeurIPS 2022",
+)

@@ -1,0 +1,1 @@
+"""The training harness; importing this folder's files needs torch."""

@@ -1,0 +1,69 @@
+import numpy as np
+import pytest
+
+from fields.split import Split, split_by_emitter
+from rir import Dataset
+from rir.errors import DatasetError
+
+
+def places(dataset, rows):
+    return {tuple(p) for p in dataset.emitters.positions[list(rows)].round(6)}
+
+
+def test_grid_split_shares_no_emitter(grid):
+    split = split_by_emitter(grid, test_fraction=0.25, seed=3)
+    assert not places(grid, split.train) & places(grid, split.test)
+    assert len(split.test) == 12
+    assert sorted(split.train + split.test) == list(range(len(grid)))
+
+
+def test_pair_split_keeps_both_directions_together(pairs):
+    split = split_by_emitter(pairs, test_fraction=0.3, seed=1)
+    pair_ids = np.asarray(pairs.table["pair_id"])
+    assert split.unit == "pair"
+    assert not set(pair_ids[list(split.train)]) & set(pair_ids[list(split.test)])
+    assert len(split.test) == 4
+
+
+def test_swapped_twins_of_test_rows_leave_the_training():
+    corners = np.array([[1.0, 1, 1], [3, 1, 1], [3, 3, 1], [1, 3, 1]])
+    # Every emitter place is also a listener place.
+    rows = [(a, b) for a in range(4) for b in range(4) if a != b]
+    dataset = Dataset.from_arrays(
+        np.ones((len(rows), 4)),
+        corners[[a for a, _ in rows]],
+        corners[[b for _, b in rows]],
+        sample_rate=8000,
+    )
+    split = split_by_emitter(dataset, test_fraction=0.25, seed=0)
+    tested = {rows[row] for row in split.test}
+    learned = {rows[row] for row in split.train}
+    assert not {(b, a) for a, b in tested} & learned
+    assert len(split.dropped) == 3
+
+
+def test_one_emitter_is_split_by_row():
+    dataset = Dataset.from_arrays(
+        np.ones((1, 8, 4)), np.zeros(3), np.random.default_rng(0).random((8, 3)),
+        sample_rate=8000,
+    )  # fmt: skip
+    split = split_by_emitter(dataset, test_fraction=0.25)
+    assert split.unit == "row"
+    assert len(split.test) == 2
+
+
+def test_saved_split_comes_back(grid, tmp_path):
+    split = split_by_emitter(grid, seed=2)
+    split.save(tmp_path / "split.json")
+    assert Split.load(tmp_path / "split.json", grid) == split
+
+
+def test_split_of_another_data_set_is_refused(grid, pairs, tmp_path):
+    split_by_emitter(grid).save(tmp_path / "split.json")
+    with pytest.raises(DatasetError, match="splits 48 rows, the data set has 12"):
+        Split.load(tmp_path / "split.json", pairs)
+
+
+def test_fraction_outside_its_range_is_refused(grid):
+    with pytest.raises(DatasetError, match="test fraction 1 is not between 0 and 1"):
+        split_by_emitter(grid, test_fraction=1.0)
