@@ -1,6 +1,28 @@
-"""Numbers that hold: the paper's metrics, ISO 3382 parameters, reciprocity."""
+"""Numbers that hold: the paper's metrics, ISO 3382 parameters, reciprocity.
 
-from analysis.differences import paper_metrics
-from analysis.metrics import METRICS
+Names are loaded on first use, so that commands start fast.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from analysis.differences import paper_metrics
+    from analysis.metrics import METRICS
+
+_HOME_OF = {
+    "METRICS": "analysis.metrics",
+    "paper_metrics": "analysis.differences",
+}
 
 __all__ = ["METRICS", "paper_metrics"]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME_OF:
+        raise AttributeError(f"module 'analysis' has no attribute {name!r}")
+    return getattr(import_module(_HOME_OF[name]), name)
+
+
+def __dir__() -> list[str]:
+    return __all__
