@@ -1,0 +1,105 @@
+"""Mean energy in a shoebox as a function of time, in closed form.
+
+Energies are per second and in the unit of a response whose direct sound is 1/d:
+without any loss the energy arriving per second is 4 pi c / V at all times.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rir.errors import SceneError
+from rooms.geometry import Shoebox
+from rooms.scene import Scene
+
+__all__ = ["EnergyFlow", "energy_flow"]
+
+FloatArray = NDArray[np.float64]
+_NODES = 16
+
+
+@dataclass(frozen=True, eq=False)
+class EnergyFlow:
+    """Mean energy per second at a set of times.
+
+    Parameters
+    ----------
+    times : ndarray, shape (steps,)
+        Times since emission [s].
+    images : ndarray, shape (steps, bands)
+        Reflected by mirrors only, within the order limit.
+    beyond : ndarray, shape (steps, bands)
+        Reflected by mirrors only, above the order limit.
+    scattered : ndarray, shape (steps, bands)
+        Scattered at least once.
+    """
+
+    times: FloatArray
+    images: FloatArray
+    beyond: FloatArray
+    scattered: FloatArray
+
+
+def _directions() -> tuple[FloatArray, FloatArray]:
+    """Return nodes and weights of a product rule over one octant of directions."""
+    x, w = np.polynomial.legendre.leggauss(_NODES)
+    x, w = (x + 1) / 2, w / 2
+    z, phi = (grid.ravel() for grid in np.meshgrid(x, x * np.pi / 2, indexing="ij"))
+    flat = np.sqrt(1 - z**2)
+    nodes = np.stack([flat * np.cos(phi), flat * np.sin(phi), z], axis=1)
+    return nodes, np.outer(w, w).ravel()
+
+
+def _logs(shares: FloatArray) -> FloatArray:
+    return -np.log(np.maximum(1.0 - shares, 1e-12))
+
+
+def energy_flow(
+    scene: Scene,
+    times: FloatArray,
+    *,
+    scattering: FloatArray | None = None,
+    max_order: int | None = None,
+) -> EnergyFlow:
+    """Follow the mean energy of mirrors and scatterers through a shoebox.
+
+    Sound in direction u meets a wall pair L metres apart |u_i| c / L times a
+    second; each wall takes its absorption and hands its scattered share to a
+    well-mixed field, which decays at Eyring's rate. Energy is neither made nor
+    lost on the way: without absorption the parts add to 4 pi c / V.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its geometry must be a shoebox.
+    times : ndarray, shape (steps,)
+        Times since emission [s].
+    scattering : ndarray, shape (6, bands), optional
+        Scattering in force; none when left out.
+    max_order : int, optional
+        Highest order that is followed image by image.
+    """
+    if not isinstance(scene.geometry, Shoebox):
+        raise SceneError("the closed-form energy flow needs a shoebox")
+    geometry, c = scene.geometry, scene.speed_of_sound
+    nodes, weights = _directions()
+    rates = np.repeat(c * nodes / geometry.size / 2, 2, axis=1)
+    spread = np.zeros_like(scene.absorption) if scattering is None else scattering
+    absorbing, scattering_rate = rates @ _logs(scene.absorption), rates @ _logs(spread)
+    total = absorbing + scattering_rate
+    area = geometry.areas.sum()
+    mixed = c * area / (4 * geometry.volume) * _logs(scene.mean_absorption)
+    gap = np.where(np.abs(total - mixed) < 1e-6, 1e-6, total - mixed)
+    bounces = rates.sum(axis=1)
+    flow = np.zeros((3, len(times), scene.absorption.shape[1]))
+    for step, t in enumerate(times):
+        mirrored = np.exp(-total * t) * weights[:, None]
+        above = bounces * t > (np.inf if max_order is None else max_order + 0.5)
+        flow[0, step] = mirrored[~above].sum(axis=0)
+        flow[1, step] = mirrored[above].sum(axis=0)
+        # (e^-mixed t - e^-total t) / gap, without cancellation
+        handed = np.exp(-mixed * t) * -np.expm1(-gap * t) / gap
+        flow[2, step] = weights @ (scattering_rate * handed)
+    flow *= 4 * np.pi * c / geometry.volume
+    return EnergyFlow(times, *flow)

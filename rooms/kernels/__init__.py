@@ -1,0 +1,1 @@
+"""Compiled inner loops; import these only where sound is computed."""

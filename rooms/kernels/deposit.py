@@ -1,0 +1,156 @@
+"""Add arrivals to a grid of moments, from which pulses are shaped later.
+
+An arrival between samples i and i + 1 with fraction f leaves its gain times the
+powers 0…7 of x = 2f - 1 at row i. `rooms.kernels.pulses` turns the rows into
+samples with one fixed filter bank, so an arrival costs the same whatever the
+length of its pulse (a Farrow structure; Laakso et al., "Splitting the unit
+delay", IEEE Signal Processing Magazine 13(1), 1996).
+"""
+
+from math import sqrt
+
+import numpy as np
+from numba import njit
+
+from rooms.kernels.patterns import pattern_gains
+
+MOMENTS = 8
+LANES = 8
+"""Bands are padded to eight, so that one wide register holds them."""
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def deposit_paths(delays, gains, grid):
+    """Add paths of given delays [samples] and gains (paths, lanes) to a grid."""
+    lanes = grid.shape[2]
+    for path in range(len(delays)):
+        if not delays[path] >= 0.0 or delays[path] >= grid.shape[0]:
+            continue
+        row = int(delays[path])
+        x = 2.0 * (delays[path] - row) - 1.0
+        power = 1.0
+        for moment in range(MOMENTS):
+            for lane in range(lanes):
+                grid[row, moment, lane] += power * gains[path, lane]
+            power *= x
+
+
+@njit(cache=True, nogil=True, fastmath=True, boundscheck=False)
+def deposit_lattice_flat(dx, dy, dz, gx, gy, gz, ox, oy, oz, order, scale, grid):
+    """Add every shoebox image between the first row and the last, one band.
+
+    `dx` and its like hold the signed offsets of the images along one axis [m],
+    `gx` their gains, `ox` their reflection counts; offset and gain separate per
+    axis, so that an image costs one square root. The direct image is left out.
+    """
+    last = grid.shape[0] - 1.0
+    reach = last / scale
+    for i in range(len(dx)):
+        for j in range(len(dy)):
+            rest = order - ox[i] - oy[j]
+            across = dx[i] * dx[i] + dy[j] * dy[j]
+            room = reach * reach - across
+            if rest < 0 or room <= 0.0:
+                continue
+            gain = gx[i] * gy[j]
+            for k in range(len(dz)):
+                square = dz[k] * dz[k]
+                if square >= room or oz[k] > rest:
+                    continue
+                if ox[i] + oy[j] + oz[k] == 0:
+                    continue
+                distance = sqrt(across + square)
+                at = distance * scale
+                row = int(at)
+                x = 2.0 * (at - row) - 1.0
+                g = gain * gz[k] / distance
+                xx = x * x
+                h = g * xx * xx
+                moments = grid[row]
+                moments[0] += g
+                moments[1] += g * x
+                moments[2] += g * xx
+                moments[3] += g * xx * x
+                moments[4] += h
+                moments[5] += h * x
+                moments[6] += h * xx
+                moments[7] += h * xx * x
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def deposit_lattice_bands(dx, dy, dz, gx, gy, gz, ox, oy, oz, order, scale, grid):
+    """Add every shoebox image, eight bands at once; see `deposit_lattice_flat`."""
+    reach = (grid.shape[0] - 1.0) / scale
+    gain = np.empty(LANES)
+    term = np.empty(LANES)
+    for i in range(len(dx)):
+        for j in range(len(dy)):
+            rest = order - ox[i] - oy[j]
+            across = dx[i] * dx[i] + dy[j] * dy[j]
+            room = reach * reach - across
+            if rest < 0 or room <= 0.0:
+                continue
+            for lane in range(LANES):
+                gain[lane] = gx[i, lane] * gy[j, lane]
+            for k in range(len(dz)):
+                square = dz[k] * dz[k]
+                if square >= room or oz[k] > rest:
+                    continue
+                if ox[i] + oy[j] + oz[k] == 0:
+                    continue
+                distance = sqrt(across + square)
+                at = distance * scale
+                row = int(at)
+                x = 2.0 * (at - row) - 1.0
+                for lane in range(LANES):
+                    term[lane] = gain[lane] * gz[k, lane] / distance
+                for moment in range(MOMENTS):
+                    for lane in range(LANES):
+                        grid[row, moment, lane] += term[lane]
+                        term[lane] *= x
+
+
+@njit(cache=True, nogil=True)
+def deposit_lattice_patterns(
+    dx, dy, dz, gx, gy, gz, ox, oy, oz, order, scale, emitting, listening, grid
+):
+    """Add every shoebox image, weighted by the gain patterns of both ends.
+
+    `emitting` and `listening` are (turn (3, 3), coefficients (lanes, harmonics)):
+    the turn takes room directions into the device frame.
+    """
+    reach = (grid.shape[0] - 1.0) / scale
+    lanes = grid.shape[2]
+    leave, reach_in = np.empty(lanes), np.empty(lanes)
+    for i in range(len(dx)):
+        for j in range(len(dy)):
+            rest = order - ox[i] - oy[j]
+            across = dx[i] * dx[i] + dy[j] * dy[j]
+            room = reach * reach - across
+            if rest < 0 or room <= 0.0:
+                continue
+            for k in range(len(dz)):
+                square = dz[k] * dz[k]
+                if square >= room or oz[k] > rest:
+                    continue
+                if ox[i] + oy[j] + oz[k] == 0:
+                    continue
+                distance = sqrt(across + square)
+                ux, uy, uz = dx[i] / distance, dy[j] / distance, dz[k] / distance
+                pattern_gains(listening[0], listening[1], ux, uy, uz, reach_in)
+                # A mirrored axis turns the departure the same way as the arrival.
+                sx = 1.0 if ox[i] % 2 else -1.0
+                sy = 1.0 if oy[j] % 2 else -1.0
+                sz = 1.0 if oz[k] % 2 else -1.0
+                pattern_gains(
+                    emitting[0], emitting[1], sx * ux, sy * uy, sz * uz, leave
+                )
+                at = distance * scale
+                row = int(at)
+                x = 2.0 * (at - row) - 1.0
+                for lane in range(lanes):
+                    both = leave[lane] * reach_in[lane]
+                    term = both * gx[i, lane] * gy[j, lane] * gz[k, lane] / distance
+                    for moment in range(MOMENTS):
+                        grid[row, moment, lane] += term
+                        term *= x

@@ -1,0 +1,96 @@
+"""Which effects a scene calls for, and why."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from rooms.effects import EFFECTS, Tolerance, Verdict
+from rooms.scene import Scene
+from rooms.sound import Budget
+
+__all__ = ["Plan", "plan_effects"]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Verdict on each effect, in order of application.
+
+    Parameters
+    ----------
+    verdicts : dict
+        Effect name to `Verdict`.
+    tolerance : Tolerance
+        What the verdicts had to meet.
+    """
+
+    verdicts: dict[str, Verdict]
+    tolerance: Tolerance
+
+    @property
+    def on(self) -> list[str]:
+        """Names of the effects that are on, in order of application."""
+        return [name for name, verdict in self.verdicts.items() if verdict.on]
+
+
+def plan_effects(
+    scene: Scene,
+    *,
+    sample_rate: int = 48000,
+    duration: float = 0.5,
+    max_order: int | None = None,
+    tolerance: Tolerance | None = None,
+    only: Sequence[str] | None = None,
+    without: Sequence[str] = (),
+    everything: bool = False,
+) -> Plan:
+    """Judge every effect for a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        What is to be simulated.
+    sample_rate : int
+        Samples per second [Hz].
+    duration : float
+        Length of the response [s].
+    max_order : int, optional
+        Highest order of listed reflections.
+    tolerance : Tolerance, optional
+        Largest errors allowed; the just-noticeable differences of ISO 3382.
+    only, without : sequence of str
+        Override: exactly these; all but these.
+    everything : bool
+        Override: all effects.
+
+    Raises
+    ------
+    UnknownNameError
+        If an override names no effect.
+
+    Examples
+    --------
+    >>> plan_effects(Scene.shoebox((6, 5, 3)), duration=0.1, sample_rate=4000).on
+    ['direct', 'specular']
+    """
+    tolerance = tolerance or Tolerance()
+    budget = Budget(sample_rate, max(1, round(duration * sample_rate)), max_order)
+    for name in (*(only or ()), *without):
+        EFFECTS[name]
+    verdicts = {}
+    for name, effect in EFFECTS.items():
+        verdict = effect.needed(scene, budget, tolerance)
+        verdicts[name] = _overridden(name, verdict, only, without, everything)
+    return Plan(verdicts, tolerance)
+
+
+def _overridden(
+    name: str,
+    verdict: Verdict,
+    only: Sequence[str] | None,
+    without: Sequence[str],
+    everything: bool,
+) -> Verdict:
+    if name in without or (only is not None and name not in only):
+        return Verdict(False, f"left out on request ({verdict.reason})", verdict.errors)
+    if not verdict.on and (everything or only is not None):
+        return Verdict(True, f"asked for ({verdict.reason})", verdict.errors)
+    return verdict
