@@ -44,6 +44,24 @@ def report(
     )
 
 
+@app.command()
+def cost(
+    results: Annotated[list[Path], typer.Argument(help="JSON files of cost runs.")],
+    out: Annotated[Path, typer.Option(help="Page to write.")] = Path("cost.html"),
+) -> None:
+    """Draw what accuracy costs in time, with the setting to take."""
+    from rich.console import Console
+
+    from analysis.cost import CostCurve, write_cost_page
+
+    screen = Console()
+    curves = [CostCurve.load(path) for path in results]
+    for curve in curves:
+        screen.print(curve.sentence, highlight=False, markup=False)
+    path = write_cost_page(curves, out)
+    screen.print(f"wrote {path}", highlight=False, markup=False, soft_wrap=True)
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command and return its exit code."""
     return run(app, argv, prog="analyze-reciprocity")

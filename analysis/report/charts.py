@@ -7,7 +7,15 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["FORWARD", "REVERSE", "STRANGER", "strip_chart", "waveform_chart"]
+__all__ = [
+    "FORWARD",
+    "REVERSE",
+    "STRANGER",
+    "strip_chart",
+    "svg",
+    "svg_text",
+    "waveform_chart",
+]
 
 FloatArray = NDArray[np.float64]
 
@@ -16,7 +24,8 @@ REVERSE = "#d9690f"
 STRANGER = "#8a8f98"
 
 
-def _svg(width: float, height: float, label: str, body: Sequence[str]) -> str:
+def svg(width: float, height: float, label: str, body: Sequence[str]) -> str:
+    """Return an SVG element with a title for readers that cannot see it."""
     return (
         f'<svg viewBox="0 0 {width:g} {height:g}" role="img"'
         f' xmlns="http://www.w3.org/2000/svg" aria-label="{escape(label)}">'
@@ -24,7 +33,10 @@ def _svg(width: float, height: float, label: str, body: Sequence[str]) -> str:
     )
 
 
-def _text(x: float, y: float, words: str, anchor: str = "start", size: int = 11) -> str:
+def svg_text(
+    x: float, y: float, words: str, anchor: str = "start", size: int = 11
+) -> str:
+    """Return an SVG text in the colour of the page."""
     return (
         f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}" font-size="{size}"'
         f' font-family="sans-serif" fill="currentColor">{escape(words)}</text>'
@@ -47,9 +59,9 @@ def strip_chart(title: str, unit: str, paired: FloatArray, unpaired: FloatArray)
     ]
     together = np.concatenate([values for _, _, values in rows])
     label = f"{title} [{unit}]" if unit else title
-    body = [_text(4, 14, label, size=12)]
+    body = [svg_text(4, 14, label, size=12)]
     if not len(together):
-        return _svg(340, 96, label, [*body, _text(4, 50, "all distances are zero")])
+        return svg(340, 96, label, [*body, svg_text(4, 50, "all distances are zero")])
     low = math.floor(math.log10(together.min()))
     high = max(low + 1, math.ceil(math.log10(together.max())))
 
@@ -59,12 +71,12 @@ def strip_chart(title: str, unit: str, paired: FloatArray, unpaired: FloatArray)
     for power in range(low, high + 1):
         x = across(10.0**power)
         body.append(f'<path d="M{x:.1f} 22V76" stroke="currentColor" opacity=".15"/>')
-        body.append(_text(x, 90, f"{10.0**power:g}", "middle", 10))
+        body.append(svg_text(x, 90, f"{10.0**power:g}", "middle", 10))
     for k, (name, color, values) in enumerate(rows):
         y = 38 + 26 * k
-        body.append(_text(64, y + 4, name, "end"))
+        body.append(svg_text(64, y + 4, name, "end"))
         body.extend(_dots(values, color, y, across))
-    return _svg(340, 96, label, body)
+    return svg(340, 96, label, body)
 
 
 def _positive(values: FloatArray) -> FloatArray:
@@ -114,7 +126,7 @@ def waveform_chart(
         (float(np.max(np.abs(s[:count]), initial=0.0)) for _, _, s in curves),
         default=0.0,
     )
-    body = [_text(4, 14, title, size=12)]
+    body = [svg_text(4, 14, title, size=12)]
     body.append('<path d="M10 84H330" stroke="currentColor" opacity=".3"/>')
     for name, color, samples in curves:
         line = _polyline(samples[:count], tallest or 1.0)
@@ -126,12 +138,12 @@ def waveform_chart(
         body.append(
             f'<path d="M{200 + 70 * k} 10h14" stroke="{color}" stroke-width="3"/>'
         )
-        body.append(_text(217 + 70 * k, 14, name, size=10))
+        body.append(svg_text(217 + 70 * k, 14, name, size=10))
     for fraction in (0, 0.5, 1.0):
         words = f"{1000 * duration * fraction:.0f} ms"
         anchor = ("start", "middle", "end")[round(2 * fraction)]
-        body.append(_text(10 + 320 * fraction, 160, words, anchor, 10))
-    return _svg(340, 164, title, body)
+        body.append(svg_text(10 + 320 * fraction, 160, words, anchor, 10))
+    return svg(340, 164, title, body)
 
 
 def _polyline(samples: FloatArray, tallest: float, points: int = 640) -> str:
