@@ -1,16 +1,13 @@
 """Serial lines: the only file that knows pyserial."""
 
-from typing import Protocol, runtime_checkable
+from contextlib import suppress
+from typing import Any, Protocol, runtime_checkable
 
 from rigs.clock import Clock, SystemClock
-from rir.errors import RigError
+from rigs.faults import LineError
 from rir.optional import require
 
 READ_STEP = 0.005
-
-
-class LineError(RigError):
-    """The serial line is gone or cannot be opened."""
 
 
 @runtime_checkable
@@ -62,7 +59,7 @@ class SerialLine:
         self.baud = baud
         self.clock = clock or SystemClock()
         self.assert_dtr = assert_dtr
-        self._serial = None
+        self._serial: Any = None
 
     def open(self) -> None:
         """Open the port, exclusively where the system can.
@@ -112,10 +109,8 @@ class SerialLine:
         """Close the port; errors of a port that is gone already are ignored."""
         if self._serial is not None:
             line, self._serial = self._serial, None
-            try:
+            with suppress(OSError):
                 line.close()
-            except OSError:
-                pass
 
     def _opened(self):
         if self._serial is None:
@@ -132,10 +127,8 @@ class SerialLine:
 
 def _set_quietly(line: object, name: str, value: bool) -> None:
     """Set an option before opening; pseudo-terminals and sockets lack some."""
-    try:
+    with suppress(OSError, ValueError, AttributeError):
         setattr(line, name, value)
-    except (OSError, ValueError, AttributeError):
-        pass
 
 
 def list_ports() -> list[tuple[str, str]]:

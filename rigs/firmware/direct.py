@@ -1,12 +1,12 @@
 """A line straight into a firmware model, in simulated time: no threads, no waiting."""
 
 from rigs.clock import VirtualClock
+from rigs.faults import LineError
 from rigs.firmware.chip import Chip
-from rigs.line import LineError
 
 
 class DirectLine:
-    """Connect a driver with a chip that share one simulated clock.
+    r"""Connect a driver with a chip that share one simulated clock.
 
     Examples
     --------
@@ -15,7 +15,7 @@ class DirectLine:
     >>> line = DirectLine(GrblFirmware(), clock)
     >>> line.write(b"?")
     >>> line.read(1.0)
-    b'<Idle|MPos:0.000,0.000,0.000|FS:0,0|WCO:0.000,0.000,0.000>\\r\\n'
+    b'<Idle|MPos:0.000,0.000,0.000|FS:0,0|WCO:0.000,0.000,0.000>\r\n'
     """
 
     def __init__(self, chip: Chip, clock: VirtualClock) -> None:

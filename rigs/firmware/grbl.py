@@ -71,9 +71,10 @@ class GrblFirmware(Chip):
     def _power_up(self) -> None:
         self.rest = np.zeros(3)
         self.state = "Alarm" if self.settings[22] else "Idle"
-        self._clear()
+        self.clear()
 
-    def _clear(self) -> None:
+    def clear(self) -> None:
+        """Forget motion, queue and modes, as any reset does."""
         self.forget()
         self.queue: deque[tuple[np.ndarray, float, bool]] = deque()
         self.glide: Glide | None = None
@@ -100,9 +101,10 @@ class GrblFirmware(Chip):
 
     def _boot(self) -> None:
         self.blocked = False
-        self._greet()
+        self.greet()
 
-    def _greet(self) -> None:
+    def greet(self) -> None:
+        """Print the banner and what follows it."""
         self.send(self.banner)
         if self.settings[21] and self.reports.pins():
             self.state = "Alarm"
@@ -135,12 +137,12 @@ class GrblFirmware(Chip):
         self.ring.clear()
         state = "Alarm" if (moving or homing or self.locked) else self.state
         stray = homing and self.commands.homing_line
-        self._clear()
+        self.clear()
         self.state = state
         if (swallowed and self.commands.swallowed) or stray:
             self.send("ok\r\n")
         self.commands.swallowed = False
-        self._greet()
+        self.greet()
 
     # -- where it is ----------------------------------------------------------------
 
@@ -167,9 +169,8 @@ class GrblFirmware(Chip):
         if byte == RESET:
             self.schedule(PARSE_TIME, self.soft_reset)
             return
-        if self.locked or (self.blocked and self.state != "Home"):
-            if self.locked or byte == ord("?"):
-                return
+        if self.locked or (self.blocked and byte == ord("?")):
+            return
         if byte == ord("?"):
             self.reports.ask()
         elif byte == ord("!"):
@@ -185,9 +186,10 @@ class GrblFirmware(Chip):
             self.reports.override(byte)
         elif len(self.ring) < RING:
             self.ring.append(byte)
-            self._wake()
+            self.wake()
 
-    def _wake(self) -> None:
+    def wake(self) -> None:
+        """Let the main loop look at the received bytes soon."""
         if not self.busy:
             self.busy = True
             self.schedule(PARSE_TIME, self._work)
@@ -212,7 +214,7 @@ class GrblFirmware(Chip):
                 long, self.overlong = self.overlong, False
                 self.commands.line(line, overlong=long)
                 if self.ring:
-                    self._wake()
+                    self.wake()
                 return
             if len(self.line) >= LINE_LENGTH - 1:
                 self.overlong = True
@@ -302,7 +304,7 @@ class GrblFirmware(Chip):
         if self.waiting is not None:
             done, self.waiting = self.waiting, None
             done()
-        self._wake()
+        self.wake()
 
     def when_still(self, action: Callable[[], None]) -> None:
         """Do something once all motion has ended; lines wait meanwhile."""
@@ -313,36 +315,37 @@ class GrblFirmware(Chip):
 
     # -- hold, door, jog cancel -----------------------------------------------------
 
-    def _brake(self, done: Callable[[], None]) -> None:
+    def brake(self, done: Callable[[], None]) -> None:
+        """Slow down to rest along the way, then do something."""
         glide = self.glide
         if glide is None:
             done()
             return
         self.forget_motion()
-        brake = glide.braked(self.now)
+        slowing = glide.braked(self.now)
         self.held = (glide, self.state == "Jog")
-        self.glide = brake
+        self.glide = slowing
 
         def rest() -> None:
-            self.rest = brake.end.copy()
+            self.rest = slowing.end.copy()
             self.glide = None
             done()
 
-        self.schedule(brake.end_time - self.now, rest)
+        self.schedule(slowing.end_time - self.now, rest)
 
     def forget_motion(self) -> None:
         """Cancel scheduled ends of moves."""
         self.forget()
         self.busy = False
         if self.ring:
-            self._wake()
+            self.wake()
 
     def _hold(self) -> None:
         if self.state == "Jog":
             self._cancel_jog()
         elif self.state in ("Idle", "Run"):
             self.state, self.substate = "Hold", 1 if self.glide else 0
-            self._brake(self._still)
+            self.brake(self._still)
 
     def _still(self) -> None:
         self.substate = 0
@@ -353,7 +356,7 @@ class GrblFirmware(Chip):
         self.send("[MSG:Check Door]\r\n")
         if self.state in ("Idle", "Run", "Jog", "Hold"):
             self.state, self.substate = "Door", 2 if self.glide else 0
-            self._brake(self._still)
+            self.brake(self._still)
 
     def _resume(self) -> None:
         if self.state not in ("Hold", "Door") or self.substate:
@@ -365,7 +368,7 @@ class GrblFirmware(Chip):
             self.queue.appendleft((glide.end, glide.speed * 60.0, jog))
         if self.queue:
             self._start_next()
-        self._wake()
+        self.wake()
 
     def _cancel_jog(self) -> None:
         if self.state != "Jog":
@@ -376,7 +379,7 @@ class GrblFirmware(Chip):
             self.held = None
             self._finish()
 
-        self._brake(done)
+        self.brake(done)
 
     # -- alarms -----------------------------------------------------------------------
 

@@ -50,7 +50,7 @@ class Commands:
         if overlong:
             self.board.answer(11)
         elif bare.startswith("$"):
-            self._system(bare, text)
+            self._system(bare)
         elif bare and self.board.state in ("Alarm", "Jog"):
             self.board.answer(9)
         else:
@@ -68,7 +68,7 @@ class Commands:
 
     # -- system commands ------------------------------------------------------------
 
-    def _system(self, bare: str, text: str) -> None:
+    def _system(self, bare: str) -> None:
         board = self.board
         simple = {"$": HELP, "$G": None, "$X": None, "$C": None}
         if bare == "$":
@@ -86,9 +86,9 @@ class Commands:
         elif board.state not in ("Idle", "Alarm", "Home"):
             board.answer(8)
         else:
-            self._idle_command(bare, text)
+            self._idle_command(bare)
 
-    def _idle_command(self, bare: str, text: str) -> None:
+    def _idle_command(self, bare: str) -> None:
         board = self.board
         reports = {
             "$$": board.reports.settings,
@@ -112,9 +112,9 @@ class Commands:
             board.startup[int(match[1])] = match[2]
             board.answer()
         else:
-            self._setting(bare, text)
+            self._setting(bare)
 
-    def _setting(self, bare: str, text: str) -> None:
+    def _setting(self, bare: str) -> None:
         board = self.board
         match = re.fullmatch(r"\$(\d+)=(.*)", bare)
         if match is None:
@@ -177,7 +177,7 @@ class Commands:
                 raise BlockError(22)
             if set(block.codes) - {"G20", "G21", "G90", "G91", "G53"}:
                 raise BlockError(16)
-            target = self._target(block, jog=True)
+            target = self._target(block)
         except BlockError as error:
             board.answer(error.number)
             return
@@ -249,10 +249,10 @@ class Commands:
                     if name == "system" and code != self.system:
                         self.board.reports.offset_due = 0
                     setattr(self, name, code)
-        self.feed = block.values.get("F", self.feed) if block.codes or True else 0.0
+        self.feed = block.values.get("F", self.feed)
         self.tool = int(block.values.get("T", self.tool))
 
-    def _target(self, block: Block, *, jog: bool = False) -> np.ndarray:
+    def _target(self, block: Block) -> np.ndarray:
         units = "G20" if block.has("G20") else "G21" if block.has("G21") else self.units
         scale = 25.4 if units == "G20" else 1.0
         distance = next((c for c in block.codes if c in ("G90", "G91")), self.distance)
@@ -291,7 +291,7 @@ class Commands:
         def end() -> None:
             board.blocked = False
             board.answer()
-            board._wake()
+            board.wake()
 
         def begin() -> None:
             board.blocked = False
@@ -362,4 +362,4 @@ class Commands:
             alarm()
             return
         board.state, board.substate = "Hold", 1
-        board._brake(alarm)
+        board.brake(alarm)

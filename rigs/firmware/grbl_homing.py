@@ -67,7 +67,7 @@ def _done(board: "GrblFirmware") -> None:
     board.commands.homed_once = True
     board.run_startup()
     board.answer()
-    board._wake()
+    board.wake()
 
 
 def _fail(board: "GrblFirmware") -> None:
@@ -78,7 +78,7 @@ def _fail(board: "GrblFirmware") -> None:
     def restart() -> None:
         board.send("ok\r\n")
         board.locked = False
-        board._clear()
-        board._greet()
+        board.clear()
+        board.greet()
 
     board.schedule(0.65, restart)

@@ -1,0 +1,69 @@
+"""What the driver of any motion controller offers to the rig above it."""
+
+from collections.abc import Sequence
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+
+
+@runtime_checkable
+class Controller(Protocol):
+    """Move some axes, in millimetres and degrees of the machine's own frame."""
+
+    axes: tuple[str, ...]
+    """Names of the axes it moves, of x, y, z and yaw."""
+    simulated: bool
+
+    @property
+    def known(self) -> bool:
+        """Whether the position is known since the last homing."""
+        ...
+
+    @property
+    def why(self) -> str:
+        """Why the position is not known."""
+        ...
+
+    def connect(self) -> None:
+        """Open the line and find out what is at its end; move nothing."""
+        ...
+
+    def home(self) -> None:
+        """Find the reference."""
+        ...
+
+    def limits(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the lowest and highest position of each axis."""
+        ...
+
+    def move(self, points: Sequence[np.ndarray]) -> np.ndarray:
+        """Go past all points to the last one and return where it came to rest."""
+        ...
+
+    def position(self) -> np.ndarray | None:
+        """Ask where it is; None while that is not known."""
+        ...
+
+    def quieten(self) -> None:
+        """Switch off what makes noise; check that it stands where it should."""
+        ...
+
+    def unquieten(self) -> None:
+        """Undo `quieten`; raise `RigError` if anything happened meanwhile."""
+        ...
+
+    def seconds(self, start: np.ndarray, end: np.ndarray) -> float:
+        """Estimate the time of a move."""
+        ...
+
+    def stop(self) -> None:
+        """Stop at once, keeping the position if that is possible."""
+        ...
+
+    def close(self) -> None:
+        """Close the line."""
+        ...
+
+    def describe(self) -> dict[str, Any]:
+        """Return plain facts for the record."""
+        ...

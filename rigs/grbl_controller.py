@@ -1,0 +1,559 @@
+"""Grbl 1.1 and grblHAL boards: connect, home, move, arrive, stop."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from rigs.clock import Clock
+from rigs.faults import (
+    AlarmError,
+    LineError,
+    RebootError,
+    RefusedError,
+    SilenceError,
+    StrayError,
+    UnknownPositionError,
+)
+from rigs.grbl_board import Board, read_board
+from rigs.grbl_codes import KEEPS_POSITION
+from rigs.grbl_link import HOLD, JOG_CANCEL, RESUME, GrblLink, Patience
+from rigs.grbl_options import GrblOptions
+from rigs.grbl_words import Ok, Refused, Status
+from rigs.line import Line
+from rigs.motion import travel_time
+from rir.errors import OutOfReachError, RigError
+
+STAMP = 7.313
+"""G92 offset of X in mm that says: homed since the last reset."""
+NEVER_HOMED = "it has not been homed since it was connected"
+
+
+class GrblController:
+    """Drive one board, and know at any time whether its position is known.
+
+    Parameters
+    ----------
+    line
+        The serial line.
+    clock
+        Time.
+    options
+        What the rig file says.
+    patience
+        Time-outs.
+    """
+
+    def __init__(
+        self,
+        line: Line,
+        clock: Clock,
+        options: GrblOptions | None = None,
+        patience: Patience | None = None,
+        *,
+        simulated: bool = False,
+    ) -> None:
+        self.options = options or GrblOptions()
+        self.axes = self.options.axes
+        self.simulated = simulated
+        self.clock = clock
+        self.link = GrblLink(line, clock, patience)
+        self.board: Board | None = None
+        self.state = "Disconnected"
+        self._at: np.ndarray | None = None
+        self._why = NEVER_HOMED
+
+    # -- what is known ----------------------------------------------------------------
+
+    @property
+    def known(self) -> bool:
+        """Whether the position is known since the last homing."""
+        return self._at is not None
+
+    @property
+    def why(self) -> str:
+        """Why the position is not known."""
+        return "" if self.known else self._why
+
+    def _lose(self, why: object) -> None:
+        self._at = None
+        self._why = str(why)
+
+    def _told(self, error: BaseException) -> None:
+        """Draw the consequences of an error for what is known."""
+        if isinstance(error, RebootError):
+            self.state = "Alarm"
+            self._lose(error)
+        elif isinstance(error, AlarmError):
+            self.state = f"Alarm({error.code})"
+            if error.code not in KEEPS_POSITION:
+                self._lose(error)
+        elif isinstance(error, LineError):
+            self.state = "Disconnected"
+            self._lose(error)
+
+    # -- connecting -------------------------------------------------------------------
+
+    def connect(self) -> None:
+        """Open the line and read the board, without resetting it unless it is stuck.
+
+        A board homed by this driver and not reset since is recognised by its stamp;
+        any other position is unknown until `home`.
+
+        Raises
+        ------
+        RigError
+            If nothing answers, it is not Grbl 1.1, or its settings are not as the
+            rig file expects.
+        """
+        self.state = "Connecting"
+        self._lose(NEVER_HOMED)
+        self.link.line.open()
+        while self.link.next(self.link.patience.boot if not self.link.banner else 0.2):
+            pass
+        status = self._first_status()
+        self.board = read_board(self.link, self.axes, self.options)
+        self.state = status.state
+        if status.state == "Idle" and self._stamped():
+            self._at = self.link.settled()[1][: len(self.axes)]
+
+    def _first_status(self) -> Status:
+        try:
+            status = self._rested()
+        except (SilenceError, RebootError, AlarmError):
+            self.link.soft_reset()
+            status = self.link.status()
+        if status.state not in ("Idle", "Alarm"):
+            self.link.soft_reset()
+            status = self.link.status()
+        return status
+
+    def _rested(self) -> Status:
+        """Return the status, after the end of a move that is still going on."""
+        status = self.link.status()
+        deadline = self.clock.now() + 120.0
+        while status.state in ("Run", "Jog") and self.clock.now() < deadline:
+            self.clock.sleep(0.2)
+            status = self.link.status()
+        return status
+
+    def _stamped(self) -> bool:
+        if not self.options.stamp or self._board.family != "Grbl":
+            return False
+        return abs(self._board.g92(self.link) - STAMP) < 5e-4
+
+    @property
+    def _board(self) -> Board:
+        if self.board is None:
+            raise RigError("the controller is not connected; connect first")
+        return self.board
+
+    # -- homing -----------------------------------------------------------------------
+
+    def home(self) -> None:
+        """Run the homing cycle; afterwards the position is known.
+
+        Raises
+        ------
+        RigError
+            If the board has homing switched off, finds no switch, or does not answer.
+        """
+        board = self._board
+        if not board.homing:
+            raise RigError(
+                "homing is switched off ($22=0), so the position can never be known; "
+                "fit switches and set $22=1"
+            )
+        self._lose("homing has not finished")
+        try:
+            self._unstick()
+            self.state = "Home"
+            self.link.command("$H", self.options.homing_s or board.homing_seconds())
+            status, here = self.link.settled()
+            if status.state != "Idle":
+                raise RigError(f"after homing the board is {status.state}, not Idle")
+            self._stamp()
+        except BaseException as error:
+            self._told(error)
+            self._give_up(error)
+            raise
+        self.state = "Idle"
+        self._at = here[: len(self.axes)]
+
+    def _unstick(self) -> None:
+        """Bring the board into Idle or Alarm, from which it can home."""
+        try:
+            if self.link.status().state in ("Idle", "Alarm"):
+                return
+        except (SilenceError, RebootError, AlarmError):
+            pass
+        self.link.soft_reset()
+        status = self.link.status()
+        if status.state not in ("Idle", "Alarm"):
+            raise RigError(
+                f"the board stays in {status.state} after a reset; look at it"
+            )
+
+    def _stamp(self) -> None:
+        if self.options.stamp and self._board.family == "Grbl":
+            x = self.link.settled()[1][0] - self._board.g54(self.link)
+            self.link.command(f"G21 G92 X{x - STAMP:.3f}")
+
+    def _give_up(self, error: BaseException) -> None:
+        """After an interrupted homing, leave the board still and at rest."""
+        if isinstance(error, LineError | RefusedError):
+            return
+        try:
+            self.link.soft_reset()
+        except RigError:
+            self.state = "Fault"
+
+    def unlock(self) -> None:
+        """Leave an alarm that kept the position, by explicit consent of the caller.
+
+        Raises
+        ------
+        UnknownPositionError
+            If the position is not known: only homing helps then.
+        """
+        if not self.known:
+            raise UnknownPositionError(
+                f"unlocking would pretend a position that is not known ({self.why}); "
+                "home instead"
+            )
+        at = self._at
+        try:
+            self._unstick()
+            self.link.command("$X")
+            self._stamp()
+        except RigError as error:
+            self._told(error)
+            raise
+        self._at = at
+        self.state = "Idle"
+        self.verify()
+
+    # -- moving -----------------------------------------------------------------------
+
+    def limits(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the lowest and highest machine position of each axis, mm."""
+        return self._board.low, self._board.high
+
+    def _check(self, points: Sequence[np.ndarray]) -> None:
+        low, high = self.limits()
+        for point in points:
+            beyond = np.maximum(low - point, point - high)
+            k = int(np.argmax(beyond))
+            if not np.all(np.isfinite(point)) or beyond[k] > 1e-9:
+                raise OutOfReachError(
+                    f"machine {self.axes[k]} = {point[k]:.3f} is outside the travel "
+                    f"of {low[k]:.3f} to {high[k]:.3f} mm; choose a pose inside"
+                )
+
+    def move(self, points: Sequence[np.ndarray]) -> np.ndarray:
+        """Go past all points to the last, and return the position it came to rest at.
+
+        Arrived means: every line acknowledged, a dwell behind them acknowledged,
+        Idle twice, at the target within the tolerance, and settled.
+
+        Raises
+        ------
+        OutOfReachError
+            Before anything moves.
+        UnknownPositionError
+            If the position is not known.
+        RigError
+            If it did not get there; it has been stopped.
+        """
+        self._check(points)
+        left = list(points)
+        for attempt in range(self.options.retries + 1):
+            at = self.verify()
+            try:
+                return self._go([at, *left])
+            except (SilenceError, RefusedError) as error:
+                self._halt(error)
+                if attempt == self.options.retries or not self.known:
+                    raise
+                left = self._remaining([at, *left])
+            except BaseException as error:
+                self._halt(error)
+                raise
+        raise AssertionError  # pragma: no cover
+
+    def _remaining(self, path: list[np.ndarray]) -> list[np.ndarray]:
+        """Return the points of an interrupted way that are still ahead."""
+        at = self._at
+        if at is None:
+            return path[1:]
+        gaps = [_gap(at, a, b) for a, b in zip(path[:-1], path[1:], strict=True)]
+        return path[int(np.argmin(gaps)) + 1 :]
+
+    def _go(self, path: list[np.ndarray]) -> np.ndarray:
+        self.state = "Moving"
+        lines = [self._move_line(point) for point in path[1:]]
+        self.link.stream(lines)
+        self.link.send(b"G4 P0.01\n")
+        self._await_barrier(path)
+        here = self._arrive(path[-1])
+        self.clock.sleep(self.options.settle_s)
+        self._at = here
+        self.state = "Idle"
+        return self.verify()
+
+    def _move_line(self, point: np.ndarray) -> str:
+        words = [f"{'XYZ'[k]}{value + 0.0:.3f}" for k, value in enumerate(point)]
+        feed = self.options.feed_mm_per_min
+        return f"G21 G90 G94 G53 G1 {' '.join(words)} F{feed:g}"
+
+    def _await_barrier(self, path: list[np.ndarray]) -> None:
+        """Wait for the dwell's ok, watching that it moves where it should."""
+        ways = zip(path[:-1], path[1:], strict=True)
+        allowed = 10.0 + 2.0 * sum(self.seconds(a, b) for a, b in ways)
+        deadline = self.clock.now() + allowed
+        strays = idle = 0
+        while self.clock.now() < deadline and idle < 12:
+            word = self.link.next(0.2)
+            self.link.raise_events(word)
+            if isinstance(word, Ok):
+                return
+            if isinstance(word, Refused):
+                raise RefusedError("the board refused the dwell", word.code)
+            if isinstance(word, Status):
+                strays = strays + 1 if self._strays(word, path) else 0
+                idle = idle + 1 if word.state == "Idle" else 0
+                self._judge(word, strays)
+            elif word is None:
+                self.link.send(b"?")
+        raise SilenceError(
+            f"the end of the move was not acknowledged within {allowed:.0f} s"
+        )
+
+    def _judge(self, status: Status, strays: int) -> None:
+        if status.state in ("Hold", "Door", "Sleep", "Alarm", "Check"):
+            raise RigError(
+                f"the machine went to {status.state} in mid-move; somebody or something "
+                "stopped it there"
+            )
+        if strays >= 2:
+            raise StrayError(
+                "the machine leaves the straight way to its target; stopped; a line "
+                "was probably damaged on its way"
+            )
+
+    def _strays(self, status: Status, path: list[np.ndarray]) -> bool:
+        here = self.link.machine_position(status)
+        if here is None:
+            return False
+        point = here[: len(self.axes)]
+        ways = zip(path[:-1], path[1:], strict=True)
+        return min(_gap(point, a, b) for a, b in ways) > self.options.stray_mm
+
+    def _arrive(self, target: np.ndarray) -> np.ndarray:
+        status, here = self.link.settled()
+        here = here[: len(self.axes)]
+        off = float(np.max(np.abs(here - target)))
+        if status.state != "Idle" or off > self.options.tolerance_mm:
+            raise StrayError(
+                f"the move ended {status.state} at {here.tolist()} mm, {off:.3f} mm "
+                f"from its target {np.round(target, 3).tolist()} mm"
+            )
+        return here
+
+    def seconds(self, start: np.ndarray, end: np.ndarray) -> float:
+        """Estimate the time of a move in seconds, settling included."""
+        distance = float(np.linalg.norm(np.asarray(end) - np.asarray(start)))
+        if distance == 0.0:
+            return 0.0
+        speed, ramp = self._board.limits_along(np.asarray(end) - np.asarray(start))
+        speed = min(speed, self.options.feed_mm_per_min / 60.0)
+        return travel_time(distance, speed, ramp) + self.options.settle_s
+
+    def jog(self, step: np.ndarray, feed_mm_per_min: float) -> np.ndarray:
+        """Move by a small step as a jog, which can be cancelled, and wait for it."""
+        at = self.verify()
+        self._check([at + step])
+        words = " ".join(f"{'XYZ'[k]}{v + 0.0:.3f}" for k, v in enumerate(step))
+        try:
+            self.link.command(f"$J=G91 G21 {words} F{feed_mm_per_min:g}")
+            self.state = "Moving"
+            self._rested()
+            here = self._arrive(at + step)
+        except BaseException as error:
+            self._halt(error)
+            raise
+        self._at, self.state = here, "Idle"
+        return here
+
+    def cancel_jog(self) -> np.ndarray | None:
+        """Stop a jog where it is; the position stays known."""
+        self.link.send(JOG_CANCEL)
+        self._rested()
+        return self._take_rest()
+
+    def hold(self) -> None:
+        """Interrupt a move; `resume` goes on with it."""
+        self.link.send(HOLD)
+        self._await_state(lambda s: s.state == "Hold" and s.substate == 0)
+        self.state = "Holding"
+
+    def resume(self) -> None:
+        """Go on with a move that was held."""
+        self.link.send(RESUME)
+        self._await_state(lambda s: s.state in ("Run", "Jog", "Idle"))
+        self.state = "Moving"
+
+    # -- stopping ---------------------------------------------------------------------
+
+    def stop(self) -> None:
+        """Slow down, then clear everything; the position stays known if that works."""
+        self._halt(None)
+
+    def emergency(self) -> None:
+        """Reset at once; the position is lost if anything was moving."""
+        self._lose("an emergency stop was made")
+        self.state = "Alarm"
+        self.link.send(b"\x18")
+
+    def _halt(self, error: BaseException | None) -> None:
+        """Bring the board to rest and make up one's mind about the position."""
+        was_known = self.known
+        if error is not None:
+            self._told(error)
+        if isinstance(error, LineError):
+            return
+        if isinstance(error, AlarmError) and error.code in KEEPS_POSITION:
+            return
+        try:
+            self._controlled_stop()
+            self._take_rest() if was_known and self.known else None
+        except BaseException as second:
+            self._told(second)
+            self._lose(f"it could not be stopped in an orderly way: {second}")
+            self.state = "Fault"
+            if not isinstance(second, RigError):
+                raise
+            self._last_resort()
+
+    def _last_resort(self) -> None:
+        try:
+            self.link.send(b"\x18")
+        except RigError:
+            self.state = "Disconnected"
+
+    def _controlled_stop(self) -> None:
+        status = self.link.status()
+        if status.state in ("Run", "Jog", "Hold", "Door"):
+            self.link.send(HOLD)
+            self._await_state(
+                lambda s: (
+                    s.state in ("Idle", "Alarm")
+                    or (s.state in ("Hold", "Door") and s.substate == 0)
+                )
+            )
+        self.link.soft_reset()
+        if self.link.status().state != "Idle":
+            self._lose("it stopped with an alarm, so the position is unsure")
+            self.state = "Alarm"
+
+    def _await_state(self, wanted) -> None:
+        deadline = self.clock.now() + self.link.patience.stop
+        while not wanted(status := self.link.status()):
+            if self.clock.now() > deadline:
+                raise SilenceError(f"the board stays in {status.state}")
+            self.clock.sleep(0.05)
+
+    def _take_rest(self) -> np.ndarray | None:
+        """Take over the position at which a stop left the board."""
+        status, here = self.link.settled()
+        self.state = status.state
+        if status.state != "Idle":
+            self._lose(f"it stopped in {status.state}")
+            return None
+        self._stamp()
+        self._at = here[: len(self.axes)]
+        return self._at
+
+    # -- checking ---------------------------------------------------------------------
+
+    def verify(self) -> np.ndarray:
+        """Check that nothing happened since the last move; return the position.
+
+        Raises
+        ------
+        UnknownPositionError
+            If the position is not known.
+        RebootError, AlarmError, StrayError, SilenceError
+            If something happened; the position is unknown afterwards.
+        """
+        if self._at is None:
+            raise UnknownPositionError(f"the position is not known: {self.why}; home")
+        try:
+            status, here = self.link.settled()
+            self._compare(status, here[: len(self.axes)])
+            if status.state == "Idle" and not self._stamp_holds():
+                raise RebootError("the controller was reset unnoticed; home it again")
+        except SilenceError as error:
+            self._halt(error)
+            raise
+        except RigError as error:
+            self._told(error)
+            raise
+        return self._at
+
+    def _compare(self, status: Status, here: np.ndarray) -> None:
+        if status.state != "Idle":
+            self.state = status.state
+            raise RigError(
+                f"the board is {status.state}, not Idle; look at the machine"
+            )
+        off = float(np.max(np.abs(here - self._at)))
+        if off > self.options.tolerance_mm:
+            self._lose(f"the position jumped by {off:.3f} mm")
+            raise StrayError(f"the position jumped by {off:.3f} mm on its own; home it")
+
+    def _stamp_holds(self) -> bool:
+        return not self.options.stamp or self._board.family != "Grbl" or self._stamped()
+
+    def position(self) -> np.ndarray | None:
+        """Ask the board where it is; None while that is not known."""
+        try:
+            return self.verify()
+        except RigError:
+            return None
+
+    def quieten(self) -> None:
+        """Check the position and send the quiet lines of the rig file."""
+        self.verify()
+        for text in self.options.quiet:
+            self.link.command(text)
+
+    def unquieten(self) -> None:
+        """Send the loud lines and check that nothing moved or restarted."""
+        for text in self.options.loud:
+            self.link.command(text)
+        self.verify()
+
+    def close(self) -> None:
+        """Close the line; the machine stays as it is."""
+        self.link.line.close()
+        self.state = "Disconnected"
+        self._lose("the line was closed")
+
+    def describe(self) -> dict[str, Any]:
+        """Return firmware, settings and states for the record."""
+        facts = self.board.describe() if self.board else {}
+        return facts | {
+            "state": self.state,
+            "known": self.known,
+            "reboots_seen": self.link.reboots,
+            "damaged_lines": self.link.noise,
+        }
+
+
+def _gap(point: np.ndarray, start: np.ndarray, end: np.ndarray) -> float:
+    """Return the distance of a point to a straight way."""
+    way = end - start
+    length = float(way @ way)
+    share = float(np.clip((point - start) @ way / length, 0, 1)) if length else 0.0
+    return float(np.linalg.norm(point - start - share * way))
