@@ -55,6 +55,7 @@ def simulate(
     effects: Sequence[str] | None = None,
     rng: np.random.Generator | None = None,
     seed: int = 0,
+    threads: int = 1,
 ) -> Simulation:
     """Simulate the responses between all pairs of emitters and listeners.
 
@@ -78,6 +79,8 @@ def simulate(
         Draws the seed; use it or `seed`.
     seed : int
         Key of everything random.
+    threads : int
+        Threads that share the listeners.
 
     Returns
     -------
@@ -138,11 +141,11 @@ def make_budget(
     return Budget(int(sample_rate), count, max_order, rays, seed)
 
 
-def run_plan(scene: Scene, plan: Plan, sound: Sound) -> FloatArray:
+def run_plan(scene: Scene, plan: Plan, sound: Sound, threads: int = 1) -> FloatArray:
     """Apply the effects that are on, and render: shape (listeners, n_samples)."""
     from rooms.effects import EFFECTS
     from rooms.synthesis import render
 
     for name in plan.on:
         EFFECTS[name].apply(scene, sound)
-    return render(sound)
+    return render(sound, threads)

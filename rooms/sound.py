@@ -90,6 +90,11 @@ class Lattice:
     max_order: int
     until: float
 
+    @property
+    def farthest(self) -> float:
+        """Distance [m] that no image within the order exceeds."""
+        return (self.max_order + 1) * float(self.size.max()) + float(self.size.sum())
+
 
 @dataclass(frozen=True, eq=False)
 class Waves:

@@ -1,5 +1,6 @@
 """Turn gathered sound into samples."""
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,13 +18,25 @@ _FULL = 8
 """Lanes of a banded grid; see `rooms.kernels.deposit.LANES`."""
 
 
-def render(sound: Sound) -> FloatArray:
-    """Return the responses at all listeners, shape (listeners, n_samples)."""
-    renderer = _Renderer(sound)
+def render(sound: Sound, threads: int = 1) -> FloatArray:
+    """Return the responses at all listeners, shape (listeners, n_samples).
+
+    The compiled loops release the interpreter lock, so threads share the work.
+    """
     count = len(sound.listeners)
     out = np.empty((count, sound.budget.n_samples))
-    for index in range(count):
-        out[index] = renderer.listener(index)
+
+    def work(part: range) -> None:
+        renderer = _Renderer(sound)
+        for index in part:
+            out[index] = renderer.listener(index)
+
+    parts = [range(first, count, threads) for first in range(threads)]
+    if threads == 1:
+        work(parts[0])
+    else:
+        with ThreadPoolExecutor(threads) as pool:
+            list(pool.map(work, parts))
     return out
 
 
@@ -93,8 +106,9 @@ class _Renderer:
         self.axes: list[_Axis] = []
         self.rows = 0
         if sound.lattice is not None:
-            limit = int(np.ceil(sound.lattice.until * budget.sample_rate)) + 1
-            self.rows = min(limit, len(self.grid))
+            limit = sound.lattice.until * budget.sample_rate
+            far = sound.lattice.farthest * self.scale
+            self.rows = min(int(np.ceil(min(limit, far))) + 1, len(self.grid))
             reach = self.rows / self.scale
             self.axes = [
                 _axis(sound.lattice, axis, reach, self.lanes) for axis in range(3)
@@ -113,16 +127,17 @@ class _Renderer:
         )
         return np.ascontiguousarray(emitting), np.ascontiguousarray(listening)
 
-    def _decay(self) -> FloatArray | None:
+    def _decay(self) -> FloatArray:
         if self.sound.air_loss is None:
-            return None
+            return np.ones((len(self.grid), self.lanes))
         way = np.arange(len(self.grid)) / self.scale
         return np.exp(-_lanes(self.sound.air_loss, self.lanes) / 2 * way[:, None])
 
     def listener(self, index: int) -> FloatArray:
         from rooms.kernels import pulses
 
-        self.grid[:] = 0.0
+        used = self._rows_used(index)
+        self.grid[:used] = 0.0
         listener = self.sound.listeners[index]
         if self.sound.lattice is not None:
             self._deposit_lattice(listener)
@@ -130,18 +145,31 @@ class _Renderer:
             self._deposit_arrivals(arrivals, listener)
         if self.sound.waves is not None:
             self._deposit_waves(self.sound.waves, listener)
-        if self.decay is not None:
-            self.grid *= self.decay[:, None, :]
+        bank, lead = pulses.pulse_bank(), pulses.HALF_TAPS - 1
+        shaped = np.zeros((used + bank.shape[1]) * self.lanes)
+        pulses.shape_pulses(self.grid[:used], self.decay, bank, shaped)
         n = self.sound.budget.n_samples
-        if self.lanes == 1:
-            samples = np.zeros(n)
-            pulses.shape_pulses_flat(self.grid[:, :, 0], pulses.pulse_bank(), samples)
-            return samples
-        signals = np.zeros((n, self.lanes))
-        pulses.shape_pulses(self.grid, pulses.pulse_bank(), signals)
-        bands = self.sound.scene.bands
-        banded = np.ascontiguousarray(signals.T[: len(bands)])
-        return join_bands(banded, bands, self.sound.budget.sample_rate)
+        return self._join(shaped.reshape(-1, self.lanes)[lead : lead + n])
+
+    def _join(self, signals: FloatArray) -> FloatArray:
+        """Return the samples of interleaved bands, shape (rows, lanes)."""
+        samples = np.zeros(self.sound.budget.n_samples)
+        joined = signals[:, 0]
+        if self.lanes > 1:
+            bands = self.sound.scene.bands
+            banded = np.ascontiguousarray(signals.T[: len(bands)])
+            joined = join_bands(banded, bands, self.sound.budget.sample_rate)
+        samples[: len(joined)] = joined
+        return samples
+
+    def _rows_used(self, index: int) -> int:
+        """Return how many rows of the grid this listener can fill."""
+        if self.sound.waves is not None:
+            return len(self.grid)
+        rate = self.sound.budget.sample_rate
+        paths = [p.delay.max(initial=0.0) for p in self.sound.arrivals[index]]
+        last = int(max(paths, default=0.0) * rate) + 1
+        return min(max(last, self.rows), len(self.grid))
 
     def _deposit_lattice(self, listener: Pose) -> None:
         from rooms.kernels import deposit

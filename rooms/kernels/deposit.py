@@ -82,7 +82,6 @@ def deposit_lattice_bands(dx, dy, dz, gx, gy, gz, ox, oy, oz, order, scale, grid
     """Add every shoebox image, eight bands at once; see `deposit_lattice_flat`."""
     reach = (grid.shape[0] - 1.0) / scale
     gain = np.empty(LANES)
-    term = np.empty(LANES)
     for i in range(len(dx)):
         for j in range(len(dy)):
             rest = order - ox[i] - oy[j]
@@ -102,12 +101,19 @@ def deposit_lattice_bands(dx, dy, dz, gx, gy, gz, ox, oy, oz, order, scale, grid
                 at = distance * scale
                 row = int(at)
                 x = 2.0 * (at - row) - 1.0
+                xx = x * x
+                moments, far = grid[row], gz[k]
                 for lane in range(LANES):
-                    term[lane] = gain[lane] * gz[k, lane] / distance
-                for moment in range(MOMENTS):
-                    for lane in range(LANES):
-                        grid[row, moment, lane] += term[lane]
-                        term[lane] *= x
+                    g = gain[lane] * far[lane] / distance
+                    h = g * xx * xx
+                    moments[0, lane] += g
+                    moments[1, lane] += g * x
+                    moments[2, lane] += g * xx
+                    moments[3, lane] += g * xx * x
+                    moments[4, lane] += h
+                    moments[5, lane] += h * x
+                    moments[6, lane] += h * xx
+                    moments[7, lane] += h * xx * x
 
 
 @njit(cache=True, nogil=True)
