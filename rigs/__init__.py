@@ -1,5 +1,6 @@
 """Carry loudspeaker and microphone to poses, and never lie about where they are."""
 
+import rigs.grbl  # noqa: F401  (enters the kind into the table)
 from rigs.carriers import Carriers
 from rigs.clock import Clock, FastClock, SystemClock, VirtualClock
 from rigs.envelope import Envelope, KeepOut

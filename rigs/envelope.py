@@ -1,10 +1,12 @@
 """Where a carrier may be: the reach of its axes and the boxes it must not enter."""
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rigs.distance import segment_box_distance
 from rir.errors import ConfigError, OutOfReachError
 from rir.pose import Pose
 
@@ -97,6 +99,36 @@ x reach of 0.000 to 4.000 m; choose a pose inside
                     f"carrier needs more than {self.clearance:.3f} m; choose a pose "
                     "further away"
                 )
+
+    def path_gap(self, points: np.ndarray) -> float:
+        """Return the least room in m between a way and the keep-outs, less clearance.
+
+        Parameters
+        ----------
+        points
+            Corners of the way, shape (N, 3), m.
+        """
+        if not self.keep_outs or len(points) == 0:
+            return float("inf")
+        low = np.array([box.low for box in self.keep_outs])
+        high = np.array([box.high for box in self.keep_outs])
+        starts = points[:-1] if len(points) > 1 else points
+        ends = points[1:] if len(points) > 1 else points
+        gaps = segment_box_distance(starts[:, None], ends[:, None], low, high)
+        return float(gaps.min()) - self.clearance
+
+    def check_path(self, points: np.ndarray, who: str = "") -> None:
+        """Raise `OutOfReachError` if the straight ways between points are not clear."""
+        for start, end in itertools.pairwise(points):
+            for box in self.keep_outs:
+                gap = float(segment_box_distance(start, end, box.low, box.high))
+                if gap <= self.clearance:
+                    raise OutOfReachError(
+                        f"the straight way of {who or 'the carrier'} from "
+                        f"{_triple(start)} to {_triple(end)} passes {gap:.3f} m from "
+                        f"keep-out {box.name!r}; it needs more than "
+                        f"{self.clearance:.3f} m; go by way-points around it"
+                    )
 
     def _check_reach(self, point: np.ndarray, what: str) -> None:
         if not np.all(np.isfinite(point)):

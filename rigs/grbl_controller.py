@@ -1,6 +1,7 @@
 """Grbl 1.1 and grblHAL boards: connect, home, move, arrive, stop."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -286,7 +287,7 @@ class GrblController:
         at = self._at
         if at is None:
             return path[1:]
-        gaps = [_gap(at, a, b) for a, b in zip(path[:-1], path[1:], strict=True)]
+        gaps = [_gap(at, a, b) for a, b in pairwise(path)]
         return path[int(np.argmin(gaps)) + 1 :]
 
     def _go(self, path: list[np.ndarray]) -> np.ndarray:
@@ -308,7 +309,7 @@ class GrblController:
 
     def _await_barrier(self, path: list[np.ndarray]) -> None:
         """Wait for the dwell's ok, watching that it moves where it should."""
-        ways = zip(path[:-1], path[1:], strict=True)
+        ways = pairwise(path)
         allowed = 10.0 + 2.0 * sum(self.seconds(a, b) for a, b in ways)
         deadline = self.clock.now() + allowed
         strays = idle = 0
@@ -332,8 +333,8 @@ class GrblController:
     def _judge(self, status: Status, strays: int) -> None:
         if status.state in ("Hold", "Door", "Sleep", "Alarm", "Check"):
             raise RigError(
-                f"the machine went to {status.state} in mid-move; somebody or something "
-                "stopped it there"
+                f"the machine went to {status.state} in mid-move; something or "
+                "somebody stopped it there"
             )
         if strays >= 2:
             raise StrayError(
@@ -346,7 +347,7 @@ class GrblController:
         if here is None:
             return False
         point = here[: len(self.axes)]
-        ways = zip(path[:-1], path[1:], strict=True)
+        ways = pairwise(path)
         return min(_gap(point, a, b) for a, b in ways) > self.options.stray_mm
 
     def _arrive(self, target: np.ndarray) -> np.ndarray:
@@ -407,7 +408,8 @@ class GrblController:
 
     def stop(self) -> None:
         """Slow down, then clear everything; the position stays known if that works."""
-        self._halt(None)
+        if self.state in ("Moving", "Holding", "Home"):
+            self._halt(None)
 
     def emergency(self) -> None:
         """Reset at once; the position is lost if anything was moving."""
@@ -504,9 +506,7 @@ class GrblController:
     def _compare(self, status: Status, here: np.ndarray) -> None:
         if status.state != "Idle":
             self.state = status.state
-            raise RigError(
-                f"the board is {status.state}, not Idle; look at the machine"
-            )
+            raise RigError(f"the board is {status.state}, not Idle; see why")
         off = float(np.max(np.abs(here - self._at)))
         if off > self.options.tolerance_mm:
             self._lose(f"the position jumped by {off:.3f} mm")
@@ -536,7 +536,7 @@ class GrblController:
 
     def close(self) -> None:
         """Close the line; the machine stays as it is."""
-        self.link.line.close()
+        self.link.line.finish()
         self.state = "Disconnected"
         self._lose("the line was closed")
 

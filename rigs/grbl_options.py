@@ -6,7 +6,7 @@ from rir.config import Config
 
 
 class GrblOptions(Config):
-    """Options of one board; travel, speeds and homing are read from the board itself."""
+    """Options of one board; travel, speeds and homing are read from the board."""
 
     axes: tuple[str, ...] = ("x", "y", "z")
     """What its X, Y and Z move: any of x, y, z, yaw."""
@@ -15,7 +15,7 @@ class GrblOptions(Config):
     low_mm: tuple[float, ...] | None = None
     """Lowest machine position of each axis; the board's travel when left out."""
     high_mm: tuple[float, ...] | None = None
-    expect: dict[int, float] = {}
+    expect: dict[int, float] = Field(default_factory=dict)
     """``$`` settings the board must have, as 130: 200."""
     tolerance_mm: float = Field(default=0.02, gt=0)
     """Largest accepted distance between target and position."""

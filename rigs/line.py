@@ -11,6 +11,23 @@ READ_STEP = 0.005
 
 
 @runtime_checkable
+class SteppedTime(Protocol):
+    """A simulated clock that must be told when to go on."""
+
+    def step(self, deadline: float) -> None:
+        """Go on to the next event."""
+        ...
+
+    def sent(self, port: str, count: int) -> None:
+        """Learn that bytes were written."""
+        ...
+
+    def check(self, port: str) -> None:
+        """Raise `LineError` if the port is unplugged."""
+        ...
+
+
+@runtime_checkable
 class Line(Protocol):
     """Carry bytes; whoever reads gives a time-out."""
 
@@ -27,7 +44,11 @@ class Line(Protocol):
         ...
 
     def close(self) -> None:
-        """Close; a second call does nothing."""
+        """Close for now; `open` may follow. A second call does nothing."""
+        ...
+
+    def finish(self) -> None:
+        """Close for good."""
         ...
 
 
@@ -59,6 +80,7 @@ class SerialLine:
         self.baud = baud
         self.clock = clock or SystemClock()
         self.assert_dtr = assert_dtr
+        self._stepped = self.clock if isinstance(self.clock, SteppedTime) else None
         self._serial: Any = None
 
     def open(self) -> None:
@@ -71,9 +93,11 @@ class SerialLine:
         """
         serial = require("serial", why="a serial rig")
         self.close()
+        step = 0.0 if self._stepped else READ_STEP
         try:
+            self._check()
             line = serial.serial_for_url(
-                self.port, self.baud, timeout=READ_STEP, do_not_open=True
+                self.port, self.baud, timeout=step, do_not_open=True
             )
             _set_quietly(line, "exclusive", True)
             _set_quietly(line, "dtr", self.assert_dtr)
@@ -89,7 +113,10 @@ class SerialLine:
     def write(self, data: bytes) -> None:
         """Send bytes."""
         try:
+            self._check()
             self._opened().write(data)
+            if self._stepped:
+                self._stepped.sent(self.port, len(data))
         except OSError as error:
             raise self._gone(error) from error
 
@@ -102,6 +129,9 @@ class SerialLine:
                 data = line.read(max(1, line.in_waiting))
                 if data or self.clock.now() >= deadline:
                     return data
+                if self._stepped:
+                    self._stepped.step(deadline)
+                    self._check()
         except (OSError, TypeError) as error:
             raise self._gone(error) from error
 
@@ -111,6 +141,14 @@ class SerialLine:
             line, self._serial = self._serial, None
             with suppress(OSError):
                 line.close()
+
+    def finish(self) -> None:
+        """Close the port for good."""
+        self.close()
+
+    def _check(self) -> None:
+        if self._stepped:
+            self._stepped.check(self.port)
 
     def _opened(self):
         if self._serial is None:

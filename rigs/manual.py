@@ -126,6 +126,11 @@ class ManualConfig(Config):
     envelope: EnvelopeConfig | None = None
     seconds_per_move: float = 60.0
 
+    @property
+    def simulated(self) -> bool:
+        """Whether nothing real moves."""
+        return False
+
 
 def _build(config: ManualConfig, around: Surroundings) -> ManualRig:
     envelope = config.envelope.envelope() if config.envelope else None

@@ -51,7 +51,8 @@ def load_rig(
         Told the true pose of each carrier after each motion; a simulated world's
         ``place_emitter`` and ``place_listener``.
     clock
-        Time for everything that waits; the system's by default.
+        Time for everything that waits; by default the system's, or simulated time
+        if both carriers are simulated.
     ask
         Asks a person for consent; everything is refused by default.
     tell
@@ -63,7 +64,7 @@ def load_rig(
         With all mistakes of the file and their places.
     """
     file = load_yaml(path, rig_file_model())
-    extras: dict[str, Any] = {"clock": clock or SystemClock()}
+    extras: dict[str, Any] = {"clock": clock or _clock_for(file)}
     extras |= {"ask": ask} if ask else {}
     extras |= {"tell": tell} if tell else {}
     around = Surroundings(**extras)
@@ -74,6 +75,14 @@ def load_rig(
         emitter.close()
         raise
     return Carriers(emitter, listener, file.separation_m)
+
+
+def _clock_for(file: RigFile) -> Clock:
+    if file.emitter.simulated and file.listener.simulated:
+        from rigs.firmware.stepped import SteppedClock
+
+        return SteppedClock()
+    return SystemClock()
 
 
 def build_rig(config: Any, around: Surroundings) -> Rig:

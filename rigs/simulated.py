@@ -132,6 +132,11 @@ class SimulatedConfig(Config):
     turn_rate_deg_per_s: float = 45.0
     settle_s: float = 1.0
 
+    @property
+    def simulated(self) -> bool:
+        """Whether nothing real moves."""
+        return True
+
 
 def _build(config: SimulatedConfig, around: Surroundings) -> SimulatedRig:
     return SimulatedRig(

@@ -59,3 +59,6 @@ class DirectLine:
 
     def close(self) -> None:
         """Do nothing: there is no port."""
+
+    def finish(self) -> None:
+        """Do nothing: there is no port."""

@@ -16,6 +16,12 @@ ENVELOPE = {
 EXAMPLES = {
     "simulated": {"envelope": ENVELOPE},
     "manual": {"envelope": ENVELOPE},
+    "grbl": {
+        "port": "simulated",
+        "envelope": ENVELOPE,
+        "frame": {"origin_m": [2.5, 2.5, 2.1]},
+        "free_orientation": True,
+    },
 }
 INSIDE = Pose.at(0.5, 0.4, 1.0)
 
