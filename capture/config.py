@@ -9,6 +9,7 @@ from rir.config import Config
 
 __all__ = [
     "Channels",
+    "Device",
     "PairConfig",
     "PairsFile",
     "PlaceConfig",
@@ -110,6 +111,16 @@ class Channels(Config):
         return [*self.microphones, *([self.loopback] if self.loopback else [])]
 
 
+class Device(Config):
+    """The one audio device that plays and records."""
+
+    name: str
+    host_api: str | None = None
+    block: Annotated[int, Field(ge=0)] = 0
+    latency_s: Annotated[float, Field(gt=0, le=2)] = 0.2
+    stall_s: Annotated[float, Field(gt=0)] = 3.0
+
+
 class Simulation(Config):
     """What the simulated interface adds to the world's own responses."""
 
@@ -145,7 +156,7 @@ class SessionConfig(Config):
     settle_s: Annotated[float, Field(ge=0)] = 2.0
     interface: str = "simulated"
     rig: str = "simulated"
-    device: str | None = None
+    device: Device | None = None
     channels: Channels = Channels()
     simulation: Simulation | None = Simulation()
 

@@ -29,6 +29,8 @@ class Surroundings:
 
     world: WorldView | None = None
     """The simulated room, for simulated interfaces."""
+    on_progress: Callable[[int], None] | None = None
+    """Told how many samples of a take are recorded, where that takes time."""
 
 
 @dataclass(frozen=True)

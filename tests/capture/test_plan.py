@@ -89,7 +89,8 @@ def test_a_room_without_space_says_what_to_lower() -> None:
 def test_pairs_can_be_listed(tmp_path: Path) -> None:
     path = tmp_path / "pairs.yaml"
     path.write_text(
-        "pairs:\n- {id: door, a: [1, 1, 1], b: [2, 1, 1]}\n- {a: [1, 2, 1], b: [3, 3, 1]}\n"
+        "pairs:\n- {id: door, a: [1, 1, 1], b: [2, 1, 1]}\n"
+        "- {a: [1, 2, 1], b: [3, 3, 1]}\n"
     )
     door, second = load_pairs(path)
     assert door == pair_between("door", np.array([1, 1, 1]), np.array([2, 1, 1]))
