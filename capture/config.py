@@ -4,6 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from capture.faults import Fault
 from rir import Pose, RoomSpec
 from rir.config import Config
 
@@ -133,6 +134,7 @@ class Simulation(Config):
     placement_mm: Annotated[float, Field(ge=0)] = 0.0
     temperature_sigma_c: Annotated[float, Field(ge=0)] = 0.0
     measured: str | None = None
+    faults: tuple[Fault, ...] = ()
 
     @property
     def exact(self) -> bool:

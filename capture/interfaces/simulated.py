@@ -7,6 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.config import SessionConfig, Simulation
+from capture.faults import spoil
+from capture.interfaces.drift import evaluate_stretched
 from capture.interfaces.loudspeaker import drive, loudspeaker_gain
 from capture.interfaces.protocol import Recording
 from capture.interfaces.table import (
@@ -67,10 +69,20 @@ class SimulatedInterface:
         del output
         responses = self._world.responses()
         driven = self._prepare(signal, n_samples, responses.shape[-1])
-        samples = np.empty((self.n_inputs, n_samples))
-        samples[:-1] = driven.through(responses)
-        samples[-1] = driven.loopback
+        faults = [fault for fault in self._simulation.faults if fault.hits(label)]
+        drift = sum(fault.amount for fault in faults if fault.kind == "drift")
+        samples = driven.record(responses, 1e-6 * drift)
         self._add_noise(samples, driven.level, take_rng(self._seed, label))
+        if faults:
+            samples = spoil(
+                samples,
+                self._simulation.faults,
+                take=label,
+                seed=self._seed,
+                sample_rate=self.sample_rate,
+                played=driven.loopback,
+                level=driven.level,
+            )
         if not self._simulation.exact:
             samples = samples.astype(np.float32).astype(np.float64)
         return Recording(samples, self.sample_rate, [], {"simulated": True})
@@ -126,12 +138,12 @@ class _Driven:
         end = int(active[-1]) + 1 if active.size else 1
         latency = simulation.latency_samples
         room = end + int(np.ceil(latency)) + tail + GUARD
-        self.n_fft = fft.next_fast_len(max(room, n_samples), real=True)
+        self.n_fft = fft.next_fast_len(max(room, n_samples + GUARD), real=True)
         frequencies = fft.rfftfreq(self.n_fft)
         delay = np.exp(-2j * np.pi * frequencies * latency)
-        plain = fft.rfft(signal, self.n_fft) * delay
-        self.loopback = fft.irfft(plain, self.n_fft)[:n_samples]
-        self.spectrum = plain
+        self.plain = fft.rfft(signal, self.n_fft) * delay
+        self.loopback = fft.irfft(self.plain, self.n_fft)[:n_samples]
+        self.spectrum = self.plain
         if simulation.distortion_db is not None:
             bent = drive(signal[:end], simulation.distortion_db)
             self.spectrum = fft.rfft(bent, self.n_fft) * delay
@@ -144,15 +156,29 @@ class _Driven:
         same = self.signal is signal or np.array_equal(self.signal, signal)
         return same and (self.n_samples, self.tail) == (n_samples, tail)
 
-    def through(self, responses: FloatArray) -> FloatArray:
-        """Return the signal as heard through each response, shape (n, n_samples)."""
-        fft: Any = import_module("scipy.fft")
+    def record(self, responses: FloatArray, drift: float) -> FloatArray:
+        """Return what every channel records, the loopback last.
 
-        heard = np.empty((len(responses), self.n_samples))
-        for row, response in zip(heard, responses, strict=True):
-            product = fft.rfft(response, self.n_fft) * self.spectrum
-            row[:] = fft.irfft(product, self.n_fft)[: self.n_samples]
-        return heard
+        Parameters
+        ----------
+        responses : ndarray, shape (microphones, n)
+            The room's answers.
+        drift : float
+            How much faster the recording clock's time runs, as a ratio.
+        """
+        fft: Any = import_module("scipy.fft")
+        recorded = np.empty((len(responses) + 1, self.n_samples))
+        for row, response in zip(recorded, responses, strict=False):
+            heard = fft.rfft(response, self.n_fft) * self.spectrum
+            row[:] = self._samples(heard, drift)
+        recorded[-1] = self._samples(self.plain, drift) if drift else self.loopback
+        return recorded
+
+    def _samples(self, spectrum: NDArray[np.complex128], drift: float) -> FloatArray:
+        if drift:
+            return evaluate_stretched(spectrum, self.n_fft, self.n_samples, drift)
+        fft: Any = import_module("scipy.fft")
+        return fft.irfft(spectrum, self.n_fft)[: self.n_samples]
 
 
 GUARD = 4096
