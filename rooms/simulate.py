@@ -117,9 +117,8 @@ def simulate(
     shape = (len(places[0]), len(places[1]), budget.n_samples)
     responses = np.zeros(shape)
     for index, emitter in enumerate(places[0]):
-        responses[index] = run_plan(
-            scene, plan, Sound(scene, emitter, places[1], budget)
-        )
+        sound = Sound(scene, emitter, places[1], budget)
+        responses[index] = run_plan(scene, plan, sound, threads)
     return Simulation(responses, sample_rate, plan)
 
 

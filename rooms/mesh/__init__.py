@@ -1,0 +1,5 @@
+"""Rooms of any polygon shape."""
+
+from rooms.mesh.shape import Mesh
+
+__all__ = ["Mesh"]
