@@ -34,14 +34,20 @@ def report(
     duration: Annotated[
         float | None, typer.Option(help="Compare the first seconds only [s].")
     ] = None,
+    position_mm: Annotated[
+        float, typer.Option(help="Repeatability of places, for the predicted floor.")
+    ] = 0.5,
+    figures: Annotated[
+        bool, typer.Option(help="Also write SVG and PNG files.")
+    ] = False,
     seed: Annotated[int, typer.Option(help="Seed of the bootstrap.")] = 0,
 ) -> None:
     """Compare paired and un-paired responses; write HTML, JSON and CSV."""
     from analysis.report.command import make_report
+    from analysis.report.study import StudyOptions
 
-    make_report(
-        sessions, out, title=title, flavour=flavour, duration=duration, seed=seed
-    )
+    options = StudyOptions(flavour, duration, position_mm, seed)
+    make_report(sessions, out, title=title, options=options, figures=figures)
 
 
 @app.command()

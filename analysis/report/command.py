@@ -6,6 +6,7 @@ from pathlib import Path
 
 from rich.console import Console
 
+from analysis.report.study import StudyOptions
 from analysis.report.write import write_report
 from rir.dataset import Dataset
 from rir.errors import DatasetError
@@ -18,9 +19,8 @@ def make_report(
     out: Path | None,
     *,
     title: str,
-    flavour: str,
-    duration: float | None,
-    seed: int,
+    options: StudyOptions,
+    figures: bool = False,
     console: Console | None = None,
 ) -> dict[str, Path]:
     """Write the report and say where it is."""
@@ -33,9 +33,8 @@ def make_report(
         open_sessions(sessions),
         folder,
         title=title,
-        flavour=flavour,
-        duration=duration,
-        seed=seed,
+        options=options,
+        figures=figures,
         created_utc=datetime.now(UTC).isoformat(timespec="seconds"),
     )
     said = json.loads(paths["json"].read_text(encoding="utf-8"))

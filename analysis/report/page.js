@@ -85,7 +85,7 @@ function drawPair(section, room, index, zoom) {
     [COLORS.forward, f.decay], [COLORS.reverse, r.decay]], seconds);
   drawSpectrogram(of("spectrogram-forward"), f.spectrogram, seconds, room.nyquist);
   drawSpectrogram(of("spectrogram-reverse"), r.spectrogram, seconds, room.nyquist);
-  section.querySelectorAll("tr[data-pair]").forEach((row) =>
+  section.querySelectorAll("tr[data-pair], g[data-pair]").forEach((row) =>
     row.classList.toggle("chosen", Number(row.dataset.pair) === index));
 }
 
@@ -95,9 +95,12 @@ document.querySelectorAll("section[data-room]").forEach((section) => {
   let chosen = 0;
   const draw = () => drawPair(section, room, chosen, Number(slider.value) / 100);
   section.querySelectorAll("[data-pair]").forEach((mark) => {
-    const choose = () => { chosen = Number(mark.dataset.pair); draw(); };
+    const choose = (event) => {
+      event.preventDefault(); chosen = Number(mark.dataset.pair); draw();
+      if (mark.tagName !== "TR") section.querySelector(".detail").scrollIntoView({ block: "nearest" });
+    };
     mark.addEventListener("click", choose);
-    mark.addEventListener("keydown", (event) => { if (event.key === "Enter") choose(); });
+    mark.addEventListener("keydown", (event) => { if (event.key === "Enter") choose(event); });
   });
   slider.addEventListener("input", draw);
   window.addEventListener("resize", draw);

@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.metrics import METRICS
-from analysis.reciprocity import RoomDistances
+from analysis.report.quality import session_quality
+from analysis.report.study import RoomStudy, pair_names
 from analysis.statistics import Estimate, estimate_mean, ratio_of_means, superiority
 
-__all__ = ["room_summary", "verdict", "without_nan"]
+__all__ = ["room_summary", "without_nan"]
 
 FloatArray = NDArray[np.float64]
 
@@ -19,17 +20,18 @@ TABLE_SYMBOLS = ("Amp", "Env", "T60", "C50", "EDT")
 """The metrics of the paper's verification table; the verdict rests on them."""
 
 
-def room_summary(room: RoomDistances, rng: np.random.Generator) -> dict[str, Any]:
-    """Return everything the table of a room says.
+def room_summary(study: RoomStudy, rng: np.random.Generator) -> dict[str, Any]:
+    """Return everything the report says of a room.
 
     Parameters
     ----------
-    room : RoomDistances
-        Distances of the room.
+    study : RoomStudy
+        What was found out.
     rng : numpy.random.Generator
         Draws the bootstrap resamples.
     """
-    metrics = {s: _metric_summary(s, room, rng) for s in room.paired}
+    room = study.distances
+    metrics = {s: _metric_summary(s, study, rng) for s in room.paired}
     ratios = [metrics[s]["ratio"] for s in TABLE_SYMBOLS if s in metrics]
     return {
         "room": room.room,
@@ -40,45 +42,87 @@ def room_summary(room: RoomDistances, rng: np.random.Generator) -> dict[str, Any
         "excluded": [{"pair": p, "reason": why} for p, why in room.excluded],
         "metrics": metrics,
         "ratio": _geometric_mean(ratios),
-        "pairs": [
-            {
-                "pair": f"{pair.session}/{pair.pair_id}",
-                "takes": [len(pair.forward), len(pair.reverse)],
-                "distances": {
-                    s: _scaled(METRICS[s].table_factor, room.paired[s][k].mean())
-                    for s in room.paired
-                },
-            }
-            for k, pair in enumerate(room.pairs)
-        ],
+        "unequal_patterns": study.likeness.share("pattern"),
+        "coherence": _coherence(study),
+        "quality": session_quality(study.dataset, room),
+        "pairs": [_pair_summary(study, k, n) for k, n in enumerate(pair_names(room))],
+    }
+
+
+def _pair_summary(study: RoomStudy, k: int, name: str) -> dict[str, Any]:
+    room, fit = study.distances, study.likeness.fits[k]
+    pair = room.pairs[k]
+    emitter = study.dataset.emitters.positions[int(pair.forward[0])]
+    listener = study.dataset.listeners.positions[int(pair.forward[0])]
+    return {
+        "pair": name,
+        "session": pair.session,
+        "takes": [len(pair.forward), len(pair.reverse)],
+        "a": [float(x) for x in emitter],
+        "b": [float(x) for x in listener],
+        "distances": {
+            s: float(METRICS[s].table_factor * values[k].mean())
+            for s, values in room.paired.items()
+        },
+        "gain_db": fit.gain_db,
+        "temperature_change_k": fit.temperature_change,
+        "logged_temperature_change_k": float(study.warming[k]),
+        "delay_us": 1e6 * fit.delay,
+        "noise_db": [float(level) for level in study.likeness.noise_db[k]],
+        "faults": [asdict(fault) for fault in study.likeness.faults[k]],
+        "note": "; ".join(fault.words for fault in study.likeness.faults[k]),
     }
 
 
 def _metric_summary(
-    symbol: str, room: RoomDistances, rng: np.random.Generator
+    symbol: str, study: RoomStudy, rng: np.random.Generator
 ) -> dict[str, Any]:
-    metric = METRICS[symbol]
+    metric, room = METRICS[symbol], study.distances
     own = np.arange(len(room.pairs))[:, None]
     both = room.paired[symbol].mean(axis=1)
+    strangers = room.unpaired[symbol]
     paired = estimate_mean(both, own, rng)
-    unpaired = estimate_mean(room.unpaired[symbol], room.strangers, rng)
-    low, high = ratio_of_means(both, own, room.unpaired[symbol], room.strangers, rng)
-    orders = [_nanmean(room.paired[symbol][:, k]) for k in (0, 1)]
+    unpaired = estimate_mean(strangers, room.strangers, rng)
+    low, high = ratio_of_means(both, own, strangers, room.strangers, rng)
+    orders = [metric.table_factor * _nanmean(room.paired[symbol][:, k]) for k in (0, 1)]
     return {
         "title": metric.title,
         "unit": metric.table_unit,
         "version": metric.flavour(room.flavour).version,
         "paired": _in_table_unit(paired, metric.table_factor),
         "unpaired": _in_table_unit(unpaired, metric.table_factor),
-        "paired_by_truth": {
-            "forward": _scaled(metric.table_factor, orders[0]),
-            "reverse": _scaled(metric.table_factor, orders[1]),
-        },
+        "floor": metric.table_factor * study.floor[symbol],
+        "paired_by_truth": {"forward": orders[0], "reverse": orders[1]},
         "ratio": _ratio(unpaired.mean, paired.mean),
         "ratio_low": low,
         "ratio_high": high,
-        "superiority": superiority(both, room.unpaired[symbol]),
+        "superiority": superiority(both, strangers),
     }
+
+
+def _coherence(study: RoomStudy) -> dict[str, Any]:
+    """Average the correlations over pairs, by octave and time window."""
+    fits = study.likeness.fits
+    longest = max(fits, key=lambda fit: len(fit.edges))
+    return {
+        "octaves_hz": [float(f) for f in longest.centers],
+        "edges_ms": [1000 * float(t) for t in np.maximum(longest.edges, 0)],
+        "as_recorded": _mean_over([f.coherence for f in fits]),
+        "matched": _mean_over([f.matched for f in fits]),
+    }
+
+
+def _mean_over(tables: list[FloatArray]) -> list[list[float]]:
+    wide = max(table.shape[1] for table in tables)
+    padded = [
+        np.pad(t, [(0, 0), (0, wide - t.shape[1])], constant_values=np.nan)
+        for t in tables
+    ]
+    stacked = np.stack(padded)
+    count = np.isfinite(stacked).sum(axis=0)
+    total = np.nansum(stacked, axis=0)
+    mean = np.where(count > 0, total / np.maximum(count, 1), np.nan)
+    return [[float(v) for v in row] for row in mean]
 
 
 def _in_table_unit(estimate: Estimate, factor: float) -> dict[str, Any]:
@@ -86,10 +130,6 @@ def _in_table_unit(estimate: Estimate, factor: float) -> dict[str, Any]:
     for key in ("mean", "deviation", "median", "low", "high"):
         values[key] *= factor
     return values
-
-
-def _scaled(factor: float, value: float) -> float:
-    return float(factor * value)
 
 
 def _nanmean(values: FloatArray) -> float:
@@ -110,24 +150,6 @@ def _geometric_mean(ratios: list[float]) -> float:
     if any(math.isinf(r) for r in kept):
         return math.inf
     return math.exp(sum(math.log(max(r, 1e-12)) for r in kept) / len(kept))
-
-
-def verdict(summary: dict[str, Any]) -> str:
-    """Return what a room shows, in one sentence.
-
-    Ten is about what the paper finds for equal omnidirectional devices.
-    """
-    ratio, room = summary["ratio"], f"{summary['room']} ({summary['mark']})"
-    if math.isnan(ratio):
-        return f"{room}: undetermined; no metric has both kinds of distance."
-    if math.isinf(ratio):
-        return f"{room}: reciprocal; swapped responses are equal."
-    said = f"swapped responses are {ratio:.1f} times closer than un-paired ones"
-    if ratio >= 5:
-        return f"{room}: reciprocal; {said}."
-    if ratio >= 2:
-        return f"{room}: only partly reciprocal; {said}."
-    return f"{room}: not reciprocal; {said}."
 
 
 def without_nan(value: Any) -> Any:

@@ -6,50 +6,113 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from analysis.metrics import METRICS
-
-__all__ = ["cell", "csv_table", "ratio_cell"]
+__all__ = ["cell", "csv_table", "latex_table", "number", "pair_csv", "ratio_cell"]
 
 
-def cell(symbol: str, estimate: Mapping[str, Any]) -> str:
+def number(value: float | None, digits: int = 3) -> str:
+    """Return a number with so many significant digits, never as 1e-03.
+
+    Examples
+    --------
+    >>> number(0.0012345), number(1234.5), number(float("nan")), number(0.0)
+    ('0.00123', '1234', '–', '0')
+    """
+    if value is None or math.isnan(value):
+        return "–"
+    if math.isinf(value):
+        return "∞"
+    if value == 0 or abs(value) < 1e-9:
+        return "0"
+    places = max(0, digits - 1 - math.floor(math.log10(abs(value))))
+    return f"{value:.{min(places, 9)}f}"
+
+
+def cell(estimate: Mapping[str, Any]) -> str:
     """Return a mean with its interval, as the HTML of a table cell."""
-    if not math.isfinite(estimate["mean"]):
-        return "undetermined"
-    digits = METRICS[symbol].decimals
-    text = f"{estimate['mean']:.{digits}f}"
+    text = number(estimate["mean"])
     if math.isfinite(estimate["low"]):
-        text += f"<small>{estimate['low']:.{digits}f}–{estimate['high']:.{digits}f}"
+        text += f"<small>{number(estimate['low'], 2)}–{number(estimate['high'], 2)}"
         text += "</small>"
+    if estimate["undefined"]:
+        text += f"<small>{estimate['undefined']} undetermined</small>"
     return text
 
 
 def ratio_cell(summary: Mapping[str, Any]) -> str:
     """Return a ratio with its interval, as the HTML of a table cell."""
-    ratio = summary["ratio"]
-    if math.isnan(ratio):
-        return "undetermined"
-    if math.isinf(ratio):
-        return "∞"
-    text = f"{ratio:.3g}"
+    text = number(summary["ratio"])
     if math.isfinite(summary["ratio_low"]):
-        text += f"<small>{summary['ratio_low']:.3g}–{summary['ratio_high']:.3g}</small>"
+        low, high = number(summary["ratio_low"], 2), number(summary["ratio_high"], 2)
+        text += f"<small>{low}–{high}</small>"
     return text
 
 
 def csv_table(report: Mapping[str, Any]) -> str:
     """Return one line for each room, metric and variant.
 
-    Columns: room, mark, metric, unit, version, variant, mean, deviation, low, high,
-    count, undefined.
+    Columns: room, mark, metric, unit, version, variant, mean, deviation, median,
+    low, high, count, undefined. Distances are in the unit of the line; an absent
+    number is an empty field.
     """
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
     keys = ("mean", "deviation", "median", "low", "high", "count", "undefined")
-    writer.writerow(["room", "mark", "metric", "unit", "version", "variant", *keys])
+    lines: list[list[Any]] = [
+        ["room", "mark", "metric", "unit", "version", "variant", *keys]
+    ]
     for room in report["rooms"]:
         for symbol, summary in room["metrics"].items():
+            head = [room["room"], room["mark"], symbol, summary["unit"]]
+            head.append(summary["version"])
             for variant in ("unpaired", "paired"):
-                head = [room["room"], room["mark"], symbol, summary["unit"]]
-                head += [summary["version"], variant]
-                writer.writerow(head + [summary[variant][key] for key in keys])
+                values = [summary[variant][key] for key in keys]
+                lines.append([*head, variant, *values])
+            lines.append([*head, "floor", summary["floor"], *[""] * 6])
+    return _csv(lines)
+
+
+def pair_csv(report: Mapping[str, Any]) -> str:
+    """Return one line for each pair: distances in table units, fits and faults."""
+    symbols = list(report["rooms"][0]["metrics"])
+    fits = ("gain_db", "temperature_change_k", "delay_us")
+    lines: list[list[Any]] = [["room", "mark", "pair", *symbols, *fits, "faults"]]
+    for room in report["rooms"]:
+        for pair in room["pairs"]:
+            values = [pair["distances"][s] for s in symbols]
+            fitted = [pair[key] for key in fits]
+            head = [room["room"], room["mark"], pair["pair"]]
+            lines.append([*head, *values, *fitted, pair["note"]])
+    return _csv(lines)
+
+
+def _csv(lines: list[list[Any]]) -> str:
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    for line in lines:
+        writer.writerow(
+            "" if isinstance(v, float) and math.isnan(v) else v for v in line
+        )
     return out.getvalue()
+
+
+def latex_table(report: Mapping[str, Any]) -> str:
+    """Return the verification table in the form of the paper's, for booktabs."""
+    symbols = list(report["rooms"][0]["metrics"])
+    units = [report["rooms"][0]["metrics"][s]["unit"] for s in symbols]
+    heads = " & ".join(
+        f"{s} [{u}]" if u else s for s, u in zip(symbols, units, strict=True)
+    ).replace("%", r"\%")
+    lines = [
+        rf"\begin{{tabular}}{{ll{'c' * len(symbols)}}}",
+        r"\toprule",
+        rf"Environment & Variant & {heads} \\ \midrule",
+    ]
+    for room in report["rooms"]:
+        name = f"{room['room']} ({room['mark'].lower()})".replace("_", r"\_")
+        rows = {"unpaired": "un-paired", "paired": "paired"}
+        for variant, words in rows.items():
+            values = (number(room["metrics"][s][variant]["mean"]) for s in symbols)
+            shown = [rf"\textbf{{{v}}}" if variant == "paired" else v for v in values]
+            first = name if variant == "unpaired" else ""
+            lines.append(f"{first} & {words} & {' & '.join(shown)} " + r"\\")
+        lines.append(r"\midrule")
+    lines[-1] = r"\bottomrule"
+    return "\n".join([*lines, r"\end{tabular}", ""])

@@ -1,15 +1,13 @@
 """Put a report together and write its files."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.metrics import METRICS
-from analysis.reciprocity import RoomDistances, measure_pairs
 from analysis.report.charts import (
     FORWARD,
     REVERSE,
@@ -17,17 +15,19 @@ from analysis.report.charts import (
     strip_chart,
     waveform_chart,
 )
+from analysis.report.maps import coherence_chart, position_map
 from analysis.report.page import render_page
 from analysis.report.pictures import WAVE_SECONDS, packed_pair
-from analysis.report.summary import room_summary, verdict, without_nan
-from analysis.report.tables import csv_table
+from analysis.report.study import RoomStudy, StudyOptions, study_rooms
+from analysis.report.summary import room_summary, without_nan
+from analysis.report.tables import csv_table, latex_table, pair_csv
+from analysis.report.verdict import verdict
 from rir.dataset import Dataset
 from rir.records import software_version
 
-__all__ = ["SCHEMA", "write_report"]
+__all__ = ["FORMAT", "SCHEMA", "write_report"]
 
-FloatArray = NDArray[np.float64]
-
+FORMAT = "resounding-report"
 SCHEMA = 1
 
 
@@ -36,12 +36,15 @@ def write_report(
     folder: str | Path,
     *,
     title: str = "Reciprocity report",
-    flavour: str = "paper",
-    duration: float | None = None,
-    seed: int = 0,
+    options: StudyOptions | None = None,
     created_utc: str = "",
+    figures: bool = False,
 ) -> dict[str, Path]:
-    """Write a reciprocity report: ``report.html``, ``report.json``, ``report.csv``.
+    """Write a reciprocity report.
+
+    ``report.html`` is for people; ``report.json`` holds every number;
+    ``report.csv`` the table, ``pairs.csv`` the pairs, ``report.tex`` the table for
+    a paper.
 
     Parameters
     ----------
@@ -51,103 +54,113 @@ def write_report(
         Where to write; made if absent.
     title : str
         Heading of the page.
-    flavour : str
-        Flavour of the metrics.
-    duration : float, optional
-        Compare the first seconds only [s].
-    seed : int
-        Seeds the bootstrap and the grouping of large sets; written to the report.
+    options : StudyOptions, optional
+        How rooms are compared.
     created_utc : str
         Time to write on the page.
+    figures : bool
+        Also write every figure as SVG and PNG, into ``figures/``.
 
     Returns
     -------
     dict of str to Path
         The files made, by kind.
     """
-    rng = np.random.default_rng(seed)
-    measured = [
-        (dataset, room)
-        for dataset in datasets
-        for room in measure_pairs(dataset, flavour=flavour, duration=duration, rng=rng)
-    ]
-    rooms = [room_summary(room, rng) for _, room in measured]
+    chosen = options or StudyOptions()
+    rng = np.random.default_rng(chosen.seed)
+    studies = study_rooms(datasets, chosen, rng)
+    rooms = [room_summary(study, rng) for study in studies]
     report = {
+        "format": FORMAT,
         "schema": SCHEMA,
         "title": title,
         "software": software_version(),
         "created_utc": created_utc,
         "mark": " and ".join(sorted({room["mark"] for room in rooms})),
         "verdicts": [verdict(room) for room in rooms],
-        "methods": _methods(flavour, duration, seed),
+        "methods": _methods(chosen),
         "rooms": rooms,
     }
-    page = render_page(
-        report,
-        [_figures(dataset, room) for dataset, room in measured],
-        [
-            _pictures(dataset, room, summary)
-            for (dataset, room), summary in zip(measured, rooms, strict=True)
-        ],
-    )
-    return _write(Path(folder), report, page)
+    drawn = [room_figures(s, room) for s, room in zip(studies, rooms, strict=True)]
+    pictures = [_pictures(s, room) for s, room in zip(studies, rooms, strict=True)]
+    paths = _write(Path(folder), report, render_page(report, drawn, pictures))
+    if figures:
+        from analysis.report.figures import write_figures
 
-
-def _write(folder: Path, report: dict[str, Any], page: str) -> dict[str, Path]:
-    folder.mkdir(parents=True, exist_ok=True)
-    texts = {
-        "html": page,
-        "json": json.dumps(without_nan(report), indent=1) + "\n",
-        "csv": csv_table(report),
-    }
-    paths = {kind: folder / f"report.{kind}" for kind in texts}
-    for kind, text in texts.items():
-        paths[kind].write_text(text, encoding="utf-8")
+        paths["figures"] = write_figures(Path(folder) / "figures", studies, drawn)
     return paths
 
 
-def _methods(flavour: str, duration: float | None, seed: int) -> dict[str, str]:
+def _write(folder: Path, report: Mapping[str, Any], page: str) -> dict[str, Path]:
+    folder.mkdir(parents=True, exist_ok=True)
+    texts = {
+        "report.html": page,
+        "report.json": json.dumps(without_nan(report), indent=1) + "\n",
+        "report.csv": csv_table(report),
+        "report.tex": latex_table(report),
+        "pairs.csv": pair_csv(report),
+    }
+    paths = {}
+    for name, text in texts.items():
+        path = folder / name
+        path.write_text(text, encoding="utf-8")
+        kind = "pairs" if name == "pairs.csv" else path.suffix[1:]
+        paths[kind] = path
+    return paths
+
+
+def _methods(options: StudyOptions) -> dict[str, str]:
     methods = {
-        f"{symbol} ({metric.flavour(flavour).version})": (
-            f"{metric.formula}. {metric.flavour(flavour).source}."
+        f"{symbol} ({metric.flavour(options.flavour).version})": (
+            f"{metric.formula}. {metric.flavour(options.flavour).source}."
         )
         for symbol, metric in METRICS.items()
     }
-    methods["paired"] = "the two directions of a pair; mean of both orders as truth"
-    methods["un-paired"] = "all other ordered pairs of responses in the same room"
-    methods["time axis"] = "as recorded from the emission; no alignment, levels kept"
-    methods["length"] = "whole" if duration is None else f"the first {duration} s"
-    methods["intervals"] = f"95 %, studentised bootstrap over pairs, seed {seed}"
-    return methods
-
-
-def _first_takes(
-    dataset: Dataset, room: RoomDistances, k: int
-) -> tuple[FloatArray, FloatArray]:
-    pair = room.pairs[k]
-    rows = [int(pair.forward[0]), int(pair.reverse[0])]
-    forward, reverse = np.asarray(dataset.responses[rows], float)
-    return forward, reverse
-
-
-def _figures(dataset: Dataset, room: RoomDistances) -> dict[str, str]:
-    forward, reverse = _first_takes(dataset, room, 0)
-    stranger = _first_takes(dataset, room, len(room.pairs) - 1)[1]
-    shown = min(0.05, dataset.n_samples / dataset.sample_rate)
-    drawn = {
-        "paired": waveform_chart(
-            "Paired responses",
-            [("A to B", FORWARD, forward), ("B to A", REVERSE, reverse)],
-            dataset.sample_rate,
-            shown,
+    length = options.duration
+    return methods | {
+        "paired": "the two directions of a pair; mean of both orders as truth",
+        "un-paired": "all other ordered pairs of responses in the same room",
+        "time axis": "as recorded from the emission; no alignment, levels kept",
+        "length": "whole" if length is None else f"the first {length:g} s",
+        "intervals": f"95 %, studentised bootstrap over pairs, seed {options.seed}",
+        "floor": (
+            "one made-up reverse take for each pair: noise of both takes, logged "
+            f"change of temperature, {options.position_mm:g} mm repeatability of "
+            "places along each axis"
         ),
-        "unpaired": waveform_chart(
-            "Un-paired responses",
-            [("A to B", FORWARD, forward), ("stranger", STRANGER, stranger)],
-            dataset.sample_rate,
-            shown,
+        "coherence": (
+            "correlation of the directions in octaves and time windows, mean over "
+            "pairs; matched: after one stretch and one delay for each pair"
+        ),
+        "outliers": (
+            "gain, time stretch and delay fitted from the phases of octave "
+            "cross-correlations; what is left above 900 Hz tells a displaced end, "
+            "below 600 Hz unequal gain patterns; swapped takes by correlation with "
+            "other pairs"
         ),
     }
+
+
+def room_figures(study: RoomStudy, summary: Mapping[str, Any]) -> dict[str, str]:
+    """Return the figures of a room as SVG texts by name."""
+    room, dataset = study.distances, study.dataset
+    forward, reverse = study.takes(0)
+    stranger = study.takes(len(room.pairs) - 1)[1]
+    shown = min(0.05, dataset.n_samples / dataset.sample_rate)
+    curves = {
+        "paired": ("Paired responses", ("B to A", REVERSE, reverse)),
+        "unpaired": ("Un-paired responses", ("stranger", STRANGER, stranger)),
+    }
+    drawn = {
+        name: waveform_chart(
+            title, [("A to B", FORWARD, forward), other], dataset.sample_rate, shown
+        )
+        for name, (title, other) in curves.items()
+    }
+    drawn["map"] = position_map(room.room, summary["pairs"], _size(study))
+    titles = {"as_recorded": "Coherence as recorded", "matched": "Coherence, matched"}
+    for kind, title in titles.items():
+        drawn[f"coherence-{kind}"] = coherence_chart(title, summary["coherence"], kind)
     for symbol, values in room.paired.items():
         metric = METRICS[symbol]
         drawn[symbol] = strip_chart(
@@ -159,22 +172,23 @@ def _figures(dataset: Dataset, room: RoomDistances) -> dict[str, str]:
     return drawn
 
 
-def _pictures(
-    dataset: Dataset, room: RoomDistances, summary: dict[str, Any]
-) -> dict[str, Any]:
-    duration = dataset.n_samples / dataset.sample_rate
-    pairs = [
-        {
-            "pair": said["pair"],
-            "note": said.get("note", ""),
-            **packed_pair(*_first_takes(dataset, room, k), dataset.sample_rate),
-        }
-        for k, said in enumerate(summary["pairs"])
-    ]
+def _size(study: RoomStudy) -> Sequence[float] | None:
+    for spec in study.dataset.rooms:
+        if spec is not None and spec.name == study.distances.room:
+            return spec.size_m
+    return None
+
+
+def _pictures(study: RoomStudy, summary: Mapping[str, Any]) -> dict[str, Any]:
+    rate = study.dataset.sample_rate
+    duration = study.dataset.n_samples / rate
     return {
-        "room": room.room,
+        "room": study.distances.room,
         "duration": duration,
         "wave_seconds": min(WAVE_SECONDS, duration),
-        "nyquist": dataset.sample_rate / 2,
-        "pairs": pairs,
+        "nyquist": rate / 2,
+        "pairs": [
+            {"pair": p["pair"], "note": p["note"], **packed_pair(*study.takes(k), rate)}
+            for k, p in enumerate(summary["pairs"])
+        ],
     }

@@ -19,7 +19,7 @@ def files(tmp_path_factory, session):
 
 def test_page_is_self_contained_and_marked(files):
     page = files["html"].read_text()
-    assert not re.search(r"(src|href)=[\"'](?!data:)", page)
+    assert not re.search(r"(src|href)=[\"'](?!data:|#)", page)
     assert "http" not in page.replace("http://www.w3.org/2000/svg", "")
     body = page[page.index("<body>") :]
     assert body.index("SIMULATED") < body.index("<h1>")
@@ -41,8 +41,8 @@ def test_json_holds_the_table(files):
 
 def test_csv_has_a_line_for_each_metric_and_variant(files):
     rows = list(csv.DictReader(files["csv"].read_text().splitlines()))
-    assert len(rows) == 12
-    assert {row["variant"] for row in rows} == {"paired", "unpaired"}
+    assert len(rows) == 18
+    assert {row["variant"] for row in rows} == {"paired", "unpaired", "floor"}
 
 
 def test_verdict_tells_a_directional_loudspeaker(tmp_path, directional_session, files):

@@ -1,0 +1,181 @@
+"""Decay plus steady noise, fitted to block energies by maximum likelihood.
+
+Block means mu_k of a noise-like response are gamma distributed around
+m_k = sum_i A_i exp(-b_i t_k) + N. Minimising sum(mu/m + ln m) is solved by Fisher
+scoring on the logarithms of the parameters, at most two decays and the noise.
+"""
+
+import numpy as np
+from numba import njit
+
+__all__ = ["block_means", "crossing", "fit_decay", "level_at", "tail_after"]
+
+FAST = {"reassoc", "contract", "nsz"}
+PARAMETERS = 5
+"""ln N, ln A_1, ln b_1, ln A_2, ln b_2; absent parts are -inf."""
+NOTHING = -np.inf
+BLOCKS = 64
+
+
+@njit(cache=True, fastmath=FAST)
+def block_means(energy, start, stop, count, means):
+    """Fill `means` with the means of `count` equal blocks; return their width."""
+    width = max((stop - start) // count, 1)
+    for block in range(count):
+        first = start + block * width
+        total = 0.0
+        for n in range(first, min(first + width, stop)):
+            total += energy[n]
+        means[block] = total / width
+    return width
+
+
+@njit(cache=True)
+def solve(matrix, vector, size):
+    """Solve a small symmetric system in place by elimination with pivots."""
+    for column in range(size):
+        pivot = column
+        for row in range(column + 1, size):
+            if abs(matrix[row, column]) > abs(matrix[pivot, column]):
+                pivot = row
+        if matrix[pivot, column] == 0.0:
+            return False
+        if pivot != column:
+            for k in range(size):
+                matrix[column, k], matrix[pivot, k] = (
+                    matrix[pivot, k],
+                    matrix[column, k],
+                )
+            vector[column], vector[pivot] = vector[pivot], vector[column]
+        for row in range(column + 1, size):
+            factor = matrix[row, column] / matrix[column, column]
+            for k in range(column, size):
+                matrix[row, k] -= factor * matrix[column, k]
+            vector[row] -= factor * vector[column]
+    for column in range(size - 1, -1, -1):
+        for k in range(column + 1, size):
+            vector[column] -= matrix[column, k] * vector[k]
+        vector[column] /= matrix[column, column]
+    return True
+
+
+@njit(cache=True)
+def level_at(theta, time):
+    """Return the mean square of the decays, without noise, at a time."""
+    level = np.exp(theta[1] - np.exp(theta[2]) * time)
+    if theta[3] > NOTHING:
+        level += np.exp(theta[3] - np.exp(theta[4]) * time)
+    return level
+
+
+@njit(cache=True)
+def tail_after(theta, time):
+    """Return the energy of the decays after a time."""
+    rate = np.exp(theta[2])
+    energy = np.exp(theta[1] - rate * time) / rate
+    if theta[3] > NOTHING:
+        rate = np.exp(theta[4])
+        energy += np.exp(theta[3] - rate * time) / rate
+    return energy
+
+
+@njit(cache=True)
+def crossing(theta, end):
+    """Return when the decays meet the noise, at most `end`; 0 if never above it."""
+    noise = np.exp(theta[0])
+    if level_at(theta, end) >= noise:
+        return end
+    if level_at(theta, 0.0) <= noise:
+        return 0.0
+    low, high = 0.0, end
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if level_at(theta, middle) > noise:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@njit(cache=True)
+def slopes_of_model(theta, time, slopes):
+    """Fill the derivatives by each parameter; return the model's value."""
+    value = 0.0
+    slopes[0] = np.exp(theta[0])
+    value += slopes[0]
+    for part in range(2):
+        a, b = 1 + 2 * part, 2 + 2 * part
+        if theta[a] > NOTHING:
+            rate = np.exp(theta[b])
+            slopes[a] = np.exp(theta[a] - rate * time)
+            slopes[b] = -rate * time * slopes[a]
+            value += slopes[a]
+    return value
+
+
+@njit(cache=True)
+def deviance(theta, means, used, first, count):
+    """Return 2 sum(ln m + mu/m) over the used blocks."""
+    slopes = np.zeros(PARAMETERS)
+    total = 0.0
+    for k in range(first, count):
+        if used[k]:
+            value = slopes_of_model(theta, k + 0.5, slopes)
+            total += 2.0 * (np.log(value) + means[k] / value)
+    return total
+
+
+@njit(cache=True)
+def score_step(theta, means, used, first, count, free, step):
+    """Fill `step` with one Fisher scoring step of the free parameters."""
+    matrix = np.zeros((PARAMETERS, PARAMETERS))
+    slopes = np.zeros(PARAMETERS)
+    size = len(free)
+    step[:] = 0.0
+    for k in range(first, count):
+        if not used[k]:
+            continue
+        value = slopes_of_model(theta, k + 0.5, slopes)
+        residual = means[k] / value - 1.0
+        for i in range(size):
+            left = slopes[free[i]] / value
+            step[i] += left * residual
+            for j in range(size):
+                matrix[i, j] += left * slopes[free[j]] / value
+    for i in range(size):
+        matrix[i, i] *= 1.0 + 1e-9
+        matrix[i, i] += 1e-12
+    return solve(matrix, step, size)
+
+
+@njit(cache=True)
+def improve(theta, means, used, first, count, free):
+    """Iterate Fisher scoring in place with step halving; return the deviance."""
+    step = np.zeros(PARAMETERS)
+    trial = theta.copy()
+    best = deviance(theta, means, used, first, count)
+    for _ in range(30):
+        if not score_step(theta, means, used, first, count, free, step):
+            break
+        largest = 0.0
+        for i in range(len(free)):
+            largest = max(largest, abs(step[i]))
+        scale = min(1.0, 1.5 / largest) if largest > 0 else 1.0
+        moved = False
+        for _half in range(8):
+            for i in range(len(free)):
+                trial[free[i]] = theta[free[i]] + scale * step[i]
+            value = deviance(trial, means, used, first, count)
+            if value <= best:
+                moved = True
+                break
+            scale *= 0.5
+        if not moved:
+            break
+        for i in range(len(free)):
+            theta[free[i]] = trial[free[i]]
+        gain = best - value
+        best = value
+        if gain < 1e-9 * count:
+            break
+    return best

@@ -1,0 +1,115 @@
+"""Fit every pair of a room and name the outliers."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.likeness.faults import Fault, Limits, name_faults
+from analysis.likeness.fit import SwapFit, fit_swap
+
+__all__ = ["RoomLikeness", "fit_room", "noise_levels"]
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class RoomLikeness:
+    """Fits and faults of each pair of a room.
+
+    Parameters
+    ----------
+    fits : list of SwapFit
+    faults : list of list of Fault
+        Likeliest first; empty for a pair without one.
+    noise_db : ndarray, shape (n_pairs, 2)
+        Noise power of forward and reverse, re the energy of the response [dB].
+    """
+
+    fits: list[SwapFit]
+    faults: list[list[Fault]]
+    noise_db: FloatArray
+
+    def share(self, kind: str) -> float:
+        """Return the share of pairs that have a fault of a kind."""
+        having = [any(f.kind == kind for f in found) for found in self.faults]
+        return float(np.mean(having)) if having else 0.0
+
+
+def noise_levels(responses: FloatArray) -> FloatArray:
+    """Return the power of the last tenth over the peak power [dB], shape (...)."""
+    tail = max(1, responses.shape[-1] // 10)
+    power = np.mean(responses[..., -tail:] ** 2, axis=-1)
+    peak = np.max(responses**2, axis=-1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(10 * np.log10(power / peak))
+
+
+def fit_room(
+    forward: Sequence[FloatArray],
+    reverse: Sequence[FloatArray],
+    names: Sequence[str],
+    sample_rate: int,
+    limits: Limits | None = None,
+) -> RoomLikeness:
+    """Fit the pairs of one room.
+
+    Parameters
+    ----------
+    forward, reverse : sequence of ndarray, shape (n,)
+        Both directions of each pair.
+    names : sequence of str
+        How a person calls each pair.
+    sample_rate : int
+        Samples per second [Hz].
+    limits : Limits, optional
+        From which sizes on something is a fault.
+    """
+    levels = np.array([_tail_power(h) for h in (*forward, *reverse)])
+    levels = levels.reshape(2, -1).T
+    fits = [fit_swap(f, r, sample_rate) for f, r in zip(forward, reverse, strict=True)]
+    alike = _partners(forward, reverse, sample_rate)
+    excess = 10 * np.log10(np.maximum(levels, 1e-300) / _typical(levels))
+    faults = [
+        name_faults(
+            fit,
+            noise_excess_db=float(np.max(excess[k])),
+            own=float(alike[k, k]),
+            partners=[
+                (names[j], float(alike[k, j])) for j in range(len(names)) if j != k
+            ],
+            limits=limits,
+        )
+        for k, fit in enumerate(fits)
+    ]
+    relative = np.stack([noise_levels(np.stack(h)) for h in (forward, reverse)], 1)
+    return RoomLikeness(fits, faults, relative)
+
+
+def _tail_power(samples: FloatArray) -> float:
+    tail = max(1, len(samples) // 10)
+    return float(np.mean(samples[-tail:] ** 2))
+
+
+def _typical(levels: FloatArray) -> float:
+    return max(float(np.median(levels)), 1e-300)
+
+
+def _partners(
+    forward: Sequence[FloatArray], reverse: Sequence[FloatArray], sample_rate: int
+) -> FloatArray:
+    """Return correlations of every reverse with every forward response under 1 kHz."""
+    from scipy.fft import rfft
+
+    count = min(len(forward[0]), round(0.3 * sample_rate))
+    step = sample_rate / count
+    kept = slice(max(1, round(80 / step)), round(1000 / step) + 1)
+
+    def unit(responses: Sequence[FloatArray]) -> NDArray[np.complex128]:
+        rows = [np.asarray(rfft(h[:count]), dtype=complex)[kept] for h in responses]
+        stacked = np.stack(rows)
+        size = np.linalg.norm(stacked, axis=1, keepdims=True)
+        return np.asarray(stacked / np.where(size > 0, size, 1.0), dtype=complex)
+
+    return np.real(unit(reverse) @ unit(forward).conj().T)

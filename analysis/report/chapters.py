@@ -1,0 +1,175 @@
+"""The chapters of the page: text and tables as HTML."""
+
+from collections.abc import Mapping, Sequence
+from html import escape
+from typing import Any
+
+from analysis.report.tables import cell, number, ratio_cell
+
+__all__ = ["mark_banner", "methods_chapter", "overview_chapter", "room_chapter"]
+
+
+def mark_banner(mark: str) -> str:
+    """Return the band on top that says whether a microphone heard this."""
+    kind = "simulated" if "SIMULATED" in mark else "measured"
+    words = {
+        "SIMULATED": "SIMULATED: no microphone heard any of this",
+        "MEASURED": "MEASURED",
+    }.get(mark, f"{mark}: read which room is which")
+    return f'<div class="mark {kind}">{escape(words)}</div>'
+
+
+def _table(head: Sequence[str], rows: Sequence[str]) -> str:
+    cells = "".join(f"<th>{words}</th>" for words in head)
+    return (
+        f'<div class="scroll"><table><thead><tr>{cells}</tr></thead>'
+        f"<tbody>{''.join(rows)}</tbody></table></div>"
+    )
+
+
+def overview_chapter(rooms: Sequence[Mapping[str, Any]]) -> str:
+    """Return the table of all rooms, like the paper's."""
+    first = rooms[0]["metrics"]
+    symbols = list(first)
+    heads = [
+        f"{s} [{escape(first[s]['unit'])}]" if first[s]["unit"] else s for s in symbols
+    ]
+    rows = [row for room in rooms for row in _room_rows(room, symbols)]
+    return (
+        "<h2>Paired and un-paired responses</h2>"
+        + _table(["room", "", *heads], rows)
+        + "<p>Mean distance, below it the 95 % interval of the mean over pairs. "
+        "<b>Ratio</b>: how many times closer swapped responses are than strangers of "
+        "the same room. <b>P</b>: chance that an un-paired distance exceeds a paired "
+        "one. <b>Floor</b>: paired distance that noise, logged temperature and the "
+        "repeatability of places alone would leave.</p>"
+    )
+
+
+def _room_rows(room: Mapping[str, Any], symbols: Sequence[str]) -> list[str]:
+    metrics = [room["metrics"][s] for s in symbols]
+    about = f"{room['mark']}<br>{room['n_pairs']} pairs"
+    name = f"{escape(room['room'])}<small>{about}</small>"
+    lines = {
+        "un-paired": [cell(m["unpaired"]) for m in metrics],
+        "paired": [cell(m["paired"]) for m in metrics],
+        "ratio": [ratio_cell(m) for m in metrics],
+        "P": [number(m["superiority"]) for m in metrics],
+        "floor": [number(m["floor"], 2) for m in metrics],
+    }
+    rows = []
+    for words, cells in lines.items():
+        body = "".join(f"<td>{c}</td>" for c in cells)
+        first = f'<td rowspan="5">{name}</td>' if words == "un-paired" else ""
+        kind = ' class="paired"' if words == "paired" else ""
+        rows.append(f'<tr{kind}>{first}<td class="variant">{words}</td>{body}</tr>')
+    return rows
+
+
+def room_chapter(index: int, room: Mapping[str, Any], drawn: Mapping[str, str]) -> str:
+    """Return everything of one room."""
+    figures = "".join(f"<figure>{text}</figure>" for text in drawn.values())
+    return (
+        f'<section data-room="{index}"><h2>{escape(room["room"])} '
+        f"({room['mark']})</h2>{_outliers(room)}"
+        f'<div class="figures">{figures}</div>{_pair_table(room)}{_detail()}'
+        f"{_quality(room['quality'])}</section>"
+    )
+
+
+def _outliers(room: Mapping[str, Any]) -> str:
+    odd = [(k, p) for k, p in enumerate(room["pairs"]) if p["faults"]]
+    text = ""
+    if odd:
+        items = "".join(
+            f'<li><a href="#detail" data-pair="{k}" role="button" tabindex="0">pair '
+            f"{escape(p['pair'])}</a>: {escape(p['note'])}</li>"
+            for k, p in odd
+        )
+        text += f'<p class="flag">Pairs that stand out:</p><ul>{items}</ul>'
+    if room["excluded"]:
+        items = "".join(
+            f"<li>pair {escape(e['pair'])}: {escape(e['reason'])}</li>"
+            for e in room["excluded"]
+        )
+        text += f'<p class="flag">Counted out:</p><ul>{items}</ul>'
+    return text or "<p>No pair stands out.</p>"
+
+
+def _pair_table(room: Mapping[str, Any]) -> str:
+    symbols = list(room["metrics"])
+    fits = {"gain [dB]": "gain_db", "air [K]": "temperature_change_k"}
+    rows = []
+    for k, pair in enumerate(room["pairs"]):
+        values = "".join(f"<td>{number(pair['distances'][s])}</td>" for s in symbols)
+        values += "".join(f"<td>{pair[key]:+.2f}</td>" for key in fits.values())
+        reason = escape(", ".join(fault["kind"] for fault in pair["faults"]))
+        rows.append(
+            f'<tr data-pair="{k}" tabindex="0"><td>{escape(pair["pair"])}</td>{values}'
+            f'<td class="flag">{reason}</td></tr>'
+        )
+    return (
+        "<details open><summary>Pairs (choose one to see it)</summary>"
+        '<div class="tall">' + _table(["pair", *symbols, *fits, ""], rows) + "</div>"
+        "</details>"
+    )
+
+
+def _detail() -> str:
+    kinds = {
+        "paired": "paired: A to B, B to A",
+        "unpaired": "un-paired: A to B, a stranger",
+        "decay": "decay curves",
+        "spectrogram-forward": "A to B",
+        "spectrogram-reverse": "B to A",
+    }
+    figures = "".join(
+        f'<figure data-figure="{kind}"><canvas></canvas><figcaption>{words}'
+        "</figcaption></figure>"
+        for kind, words in kinds.items()
+    )
+    return (
+        '<div class="detail" hidden><h3></h3><p class="note"></p><p class="key">'
+        '<span><i style="background:#1f6fb2"></i>A to B</span>'
+        '<span><i style="background:#d9690f"></i>B to A</span>'
+        '<span><i style="background:#8a8f98"></i>un-paired</span>'
+        '<label>zoom <input type="range" min="5" max="100" value="40"></label></p>'
+        f'<div class="figures">{figures}</div></div>'
+    )
+
+
+def _quality(quality: Mapping[str, Any]) -> str:
+    entries = {
+        "sessions": ", ".join(quality["sessions"]),
+        "takes": (
+            f"{quality['takes']} in all, {quality['takes_rejected']} rejected, "
+            f"{quality['takes_used']} used"
+        ),
+        "responses": (
+            f"{quality['duration_s']:g} s at {quality['sample_rate_hz']} Hz; noise "
+            f"{_span(quality['noise_floor_db'])} dB re the largest sample"
+        ),
+    }
+    entries |= {name: _span(span) for name, span in quality["logged"].items()}
+    body = "".join(
+        f"<dt>{escape(name)}</dt><dd>{escape(words)}</dd>"
+        for name, words in entries.items()
+    )
+    return f"<details><summary>Session quality</summary><dl>{body}</dl></details>"
+
+
+def _span(span: Mapping[str, float]) -> str:
+    low, middle, high = (number(span[key], 4) for key in ("low", "median", "high"))
+    return low if low == high else f"{low} to {high}, median {middle}"
+
+
+def methods_chapter(report: Mapping[str, Any]) -> str:
+    """Return what was computed how, by which program, when."""
+    entries = dict(report["methods"])
+    entries["program"] = report["software"]
+    entries["made"] = report["created_utc"]
+    body = "".join(
+        f"<dt>{escape(name)}</dt><dd>{escape(str(words))}</dd>"
+        for name, words in entries.items()
+    )
+    return f"<h2>Methods and versions</h2><dl>{body}</dl>"

@@ -1,0 +1,45 @@
+"""What a room shows, in one or two sentences."""
+
+import math
+from typing import Any
+
+__all__ = ["verdict"]
+
+
+def verdict(summary: dict[str, Any]) -> str:
+    """Return what a room shows.
+
+    Ten is about the ratio the paper finds for equal omnidirectional devices.
+
+    Parameters
+    ----------
+    summary : dict
+        What `room_summary` returned.
+    """
+    head = f"{summary['room']} ({summary['mark']}): {_finding(summary)}."
+    odd = [p for p in summary["pairs"] if p["faults"]]
+    if not odd or summary["unequal_patterns"] > 0.5:
+        return head
+    named = "; ".join(f"pair {p['pair']}: {p['faults'][0]['words']}" for p in odd[:3])
+    more = f"; and {len(odd) - 3} more below" if len(odd) > 3 else ""
+    return f"{head} {len(odd)} of {summary['n_pairs']} pairs stand out ({named}{more})."
+
+
+def _finding(summary: dict[str, Any]) -> str:
+    ratio = summary["ratio"]
+    if math.isnan(ratio):
+        return "undetermined; no metric has both kinds of distance"
+    if math.isinf(ratio):
+        return "reciprocal; swapped responses are equal"
+    said = f"swapped responses are {ratio:.3g} times closer than un-paired ones"
+    if summary["unequal_patterns"] > 0.5:
+        share = round(100 * summary["unequal_patterns"])
+        return (
+            f"not reciprocal; {said}, and in {share} % of the pairs the difference "
+            "is that of unequal gain patterns of loudspeaker and microphone"
+        )
+    if ratio >= 5:
+        return f"reciprocal; {said}"
+    if ratio >= 2:
+        return f"only partly reciprocal; {said}"
+    return f"not reciprocal; {said}"
