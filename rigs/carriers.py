@@ -1,18 +1,26 @@
 """The two carriers of a measurement: one for the emitter, one for the listener."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
+from rigs.coordination import Coordination, Step
+from rigs.distance import segment_point_distance
+from rigs.order import Visits, visiting_order
 from rigs.rig import Rig
 from rir.errors import OutOfReachError
 from rir.pose import Pose
 
+SEED = 20240117
+"""Of the order search, so that a plan is the same whenever it is made again."""
+
 
 @dataclass
 class Carriers:
-    """Move emitter and listener together, safely.
+    """Move emitter and listener together, so that they meet nothing and nobody.
 
     Parameters
     ----------
@@ -40,19 +48,102 @@ class Carriers:
         """Whether either carrier is simulated."""
         return self.emitter.simulated or self.listener.simulated
 
+    @property
+    def rigs(self) -> tuple[Rig, Rig]:
+        """Return emitter's and listener's rig."""
+        return self.emitter, self.listener
+
+    def coordination(self) -> Coordination | None:
+        """Return the rules of joint moves; None if a person moves something."""
+        envelopes = self.emitter.envelope, self.listener.envelope
+        if envelopes[0] is None or envelopes[1] is None:
+            return None
+        return Coordination((envelopes[0], envelopes[1]), self.separation)
+
+    # -- checking and planning ------------------------------------------------------
+
     def check(self, emitter: Pose, listener: Pose) -> None:
         """Raise `OutOfReachError` if the two poses cannot be held; move nothing."""
         self.emitter.check(emitter)
         self.listener.check(listener)
+        rules = self.coordination()
         gap = emitter.distance(listener)
+        if rules is not None:
+            gap = rules.gap(emitter.position, listener.position)
         if gap < self.separation:
             raise OutOfReachError(
                 f"emitter and listener would be {gap:.3f} m apart; the carriers need "
                 f"{self.separation:.3f} m; choose poses further apart"
             )
 
+    def order(self, pairs: Sequence[tuple[Pose, Pose]]) -> Visits:
+        """Return a short order of pairs, each measured both ways by changing places.
+
+        Raises
+        ------
+        OutOfReachError
+            For the first pair that cannot be held either way.
+        """
+        for a, b in pairs:
+            self.check(a, b)
+            self.check(b, a)
+        places = [np.array([pair[k].position for pair in pairs]) for k in (0, 1)]
+        rng = np.random.default_rng(SEED)
+        start = self.where()
+        known = None
+        if start[0] is not None and start[1] is not None:
+            known = start[0].position, start[1].position
+        rules = self.coordination()
+        if rules is None:
+            return visiting_order(*places, rng=rng, start=known)
+        emitter = rules.roadmap(0, None).distances
+        same = rules.envelopes[0] is rules.envelopes[1]
+        listener = emitter if same else rules.roadmap(1, None).distances
+        return visiting_order(
+            *places, rng=rng, start=known, emitter=emitter, listener=listener
+        )
+
+    def steps(
+        self, start: tuple[Pose, Pose], goal: tuple[Pose, Pose]
+    ) -> list[tuple[int, list[Pose]]]:
+        """Plan the moves between two pairs of poses: carrier, then poses to pass.
+
+        Raises
+        ------
+        OutOfReachError
+            If there is no way that keeps the carriers apart.
+        """
+        rules = self.coordination()
+        if rules is None:
+            return [(0, [goal[0]]), (1, [goal[1]])]
+        steps = rules.plan(
+            (start[0].position, start[1].position),
+            (goal[0].position, goal[1].position),
+        )
+        return _posed(steps, start, goal)
+
+    def duration(
+        self, start: tuple[Pose, Pose] | None, end: tuple[Pose, Pose]
+    ) -> float:
+        """Estimate the seconds from one pair of poses to another."""
+        if start is None:
+            return sum(
+                rig.duration(p, p) for rig, p in zip(self.rigs, end, strict=True)
+            )
+        total = 0.0
+        here = list(start)
+        for carrier, poses in self.steps(start, end):
+            for pose in poses:
+                total += self.rigs[carrier].duration(here[carrier], pose)
+                here[carrier] = pose
+        return total
+
+    # -- moving -----------------------------------------------------------------------
+
     def place(self, emitter: Pose, listener: Pose) -> tuple[Pose, Pose]:
         """Bring both to their poses and return the poses reached.
+
+        One carrier moves at a time, around keep-outs and around the other.
 
         Raises
         ------
@@ -62,26 +153,51 @@ class Carriers:
             If one did not arrive; both are stopped.
         """
         self.check(emitter, listener)
+        goal = emitter, listener
+        here = self.where()
         try:
-            return self.emitter.move(emitter), self.listener.move(listener)
+            if here[0] is None or here[1] is None:
+                return self.emitter.move(emitter), self.listener.move(listener)
+            reached = [here[0], here[1]]
+            for carrier, poses in self.steps((here[0], here[1]), goal):
+                rig = self.rigs[carrier]
+                reached[carrier] = rig.move(poses[-1], via=poses[:-1])
+            return reached[0], reached[1]
         except BaseException:
             self.stop()
             raise
 
-    def duration(
-        self, start: tuple[Pose, Pose] | None, end: tuple[Pose, Pose]
-    ) -> float:
-        """Estimate the seconds from one pair of poses to another."""
-        if start is None:
-            return self.emitter.duration(*(end[0],) * 2)
-        return self.emitter.duration(start[0], end[0]) + self.listener.duration(
-            start[1], end[1]
+    def home(self) -> None:
+        """Find the reference of every carrier whose position is not known.
+
+        The other one is first sent out of the way of the homing cycle.
+        """
+        unknown = [k for k, pose in enumerate(self.where()) if pose is None]
+        for k in unknown:
+            self._clear_the_way(k)
+            self.rigs[k].home()
+
+    def _clear_the_way(self, homing: int) -> None:
+        """Move the other carrier away from where a homing cycle may pass."""
+        other = self.rigs[1 - homing]
+        sweep = self.rigs[homing].homing_sweep()
+        here, rules = other.where(), self.coordination()
+        if here is None or rules is None or not len(sweep) or self.separation <= 0:
+            return
+        level = np.array([1.0, 1.0, 0.0 if rules.flat else 1.0])
+        if np.min(_gaps(sweep * level, here.position[None] * level)) >= self.separation:
+            return
+        for refuge in _refuges(rules, 1 - homing, sweep, self.separation):
+            way = np.array([here.position, refuge])
+            if rules.envelopes[1 - homing].path_gap(way) > 0.0:
+                other.move(Pose(refuge, here.orientation))
+                return
+        raise OutOfReachError(
+            f"{other.name} stands where homing may pass and no refuge was found; move "
+            "it away by hand or jog it"
         )
 
-    def home(self) -> None:
-        """Find the reference of both."""
-        self.emitter.home()
-        self.listener.home()
+    # -- the rest ---------------------------------------------------------------------
 
     def where(self) -> tuple[Pose | None, Pose | None]:
         """Return both poses, None where unknown."""
@@ -116,3 +232,32 @@ class Carriers:
             "listener": self.listener.describe(),
             "separation_m": self.separation,
         }
+
+
+def _posed(
+    steps: list[Step], start: tuple[Pose, Pose], goal: tuple[Pose, Pose]
+) -> list[tuple[int, list[Pose]]]:
+    """Give each corner the orientation of where its carrier is going."""
+    posed: list[tuple[int, list[Pose]]] = []
+    for step in steps:
+        turned = goal[step.carrier].orientation
+        posed.append((step.carrier, [Pose(p, turned) for p in step.way[1:]]))
+    moved = {carrier for carrier, _ in posed}
+    for carrier in {0, 1} - moved:
+        if start[carrier] != goal[carrier]:
+            posed.append((carrier, [goal[carrier]]))
+    return posed
+
+
+def _gaps(sweep: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return the distance of points (N, 3) to the nearest of some ways, m."""
+    gaps = segment_point_distance(sweep[None, :, 0], sweep[None, :, 1], points[:, None])
+    return gaps.min(axis=1)
+
+
+def _refuges(
+    rules: Coordination, carrier: int, sweep: np.ndarray, separation: float
+) -> np.ndarray:
+    grid = rules.envelopes[carrier].grid(7)
+    level = np.array([1.0, 1.0, 0.0 if rules.flat else 1.0])
+    return grid[_gaps(sweep * level, grid * level) > 1.2 * separation]

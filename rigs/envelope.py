@@ -2,6 +2,8 @@
 
 import itertools
 from collections.abc import Sequence
+from copy import copy
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,6 +11,10 @@ from numpy.typing import ArrayLike
 from rigs.distance import segment_box_distance
 from rir.errors import ConfigError, OutOfReachError
 from rir.pose import Pose
+
+Column = Literal["none", "up", "down"]
+FAR = 1e3
+"""Beyond any room, m."""
 
 
 def _triple(point: np.ndarray) -> str:
@@ -40,6 +46,16 @@ class KeepOut:
         return np.linalg.norm(outside, axis=-1)
 
 
+def _shadowed(box: KeepOut, column: Column) -> KeepOut:
+    """Return the box with the space in which a column would cut through it."""
+    low, high = box.low.copy(), box.high.copy()
+    if column == "up":
+        low[2] = -FAR
+    elif column == "down":
+        high[2] = FAR
+    return KeepOut(box.name, low, high)
+
+
 class Envelope:
     """The reach of a carrier's reference point and what it must keep clear of.
 
@@ -52,6 +68,9 @@ class Envelope:
     clearance
         Radius in m of the ball around the centre that holds the carried device;
         it must stay clear of every keep-out.
+    column
+        Whether the device hangs on a column from above ("up") or stands on one
+        ("down"); the column must stay clear of the keep-outs too.
 
     Examples
     --------
@@ -72,9 +91,11 @@ x reach of 0.000 to 4.000 m; choose a pose inside
         high: ArrayLike,
         keep_outs: Sequence[KeepOut] = (),
         clearance: float = 0.0,
+        column: Column = "none",
     ) -> None:
         self.low, self.high = _corners(low, high, "an envelope")
-        self.keep_outs = tuple(keep_outs)
+        self.column: Column = column
+        self.keep_outs = tuple(_shadowed(box, column) for box in keep_outs)
         self.clearance = clearance
 
     def contains(self, points: np.ndarray) -> np.ndarray:
@@ -84,6 +105,30 @@ x reach of 0.000 to 4.000 m; choose a pose inside
         for box in self.keep_outs:
             inside &= box.distance(points) > self.clearance
         return inside
+
+    def within(self, low: np.ndarray, high: np.ndarray) -> "Envelope":
+        """Return the part of this envelope inside a box.
+
+        Raises
+        ------
+        ConfigError
+            If they do not overlap.
+        """
+        cut = copy(self)
+        cut.low, cut.high = _corners(
+            np.maximum(self.low, low),
+            np.minimum(self.high, high),
+            "the reach within the machine's travel (check frame and envelope): it",
+        )
+        return cut
+
+    def grid(self, count: int) -> np.ndarray:
+        """Return the allowed points of a grid over the reach, shape (N, 3), m."""
+        axes = [
+            np.linspace(a, b, count) for a, b in zip(self.low, self.high, strict=True)
+        ]
+        points = np.array(np.meshgrid(*axes)).reshape(3, -1).T
+        return points[self.contains(points)]
 
     def check(self, pose: Pose, who: str = "") -> None:
         """Raise `OutOfReachError` with the numbers if the pose is not allowed."""

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
@@ -75,14 +76,33 @@ class MachineRig:
         self.name = name
         self.kind = kind
         self.controllers = tuple(controllers)
-        self.envelope = envelope
+        self._envelope = envelope
         self.mount = mount
         self.around = around
         self.simulated = any(c.simulated for c in self.controllers)
         self._truth = truth
         self._connected = False
         self._orientation: np.ndarray | None = None
+        self._way: list[np.ndarray] | None = None
         self.moves = 0
+
+    @property
+    def envelope(self) -> Envelope:
+        """Reach and keep-outs; within the machine's travel once that is known."""
+        return self._envelope
+
+    def _cut_to_travel(self) -> None:
+        """Take the travel the controllers report into the reach."""
+        ends = []
+        for side in (0, 1):
+            axes = {axis: self.mount.fixed.get(axis, 0.0) for axis in AXES}
+            for controller in self.controllers:
+                values = (float(value) for value in controller.limits()[side])
+                axes |= dict(zip(controller.axes, values, strict=True))
+            ends.append([axes[a] for a in "xyz"])
+        corners = np.array(list(product(*zip(*ends, strict=True))))
+        room = self.mount.frame.to_room(corners).round(9)
+        self._envelope = self._envelope.within(room.min(axis=0), room.max(axis=0))
 
     # -- poses and axes -------------------------------------------------------------
 
@@ -149,6 +169,7 @@ class MachineRig:
         for controller in self.controllers:
             controller.connect()
         self._connected = True
+        self._cut_to_travel()
 
     def move(self, pose: Pose, via: Sequence[Pose] = ()) -> Pose:
         """Go to a pose past way-points; return the pose reached.
@@ -166,6 +187,7 @@ class MachineRig:
         corners = self._corners([start, *map(self.axes_of, (*via, pose))])
         points = [self.pose_of(axes).position for axes in corners]
         self.envelope.check_path(np.array(points), self.name)
+        self._way = points if len(points) > 1 else points * 2
         try:
             self._follow(corners)
         finally:
@@ -266,6 +288,27 @@ class MachineRig:
                 self.around.tell(f"{self.name}: {error}; trying again in {wait:g} s")
                 self.around.clock.sleep(wait)
         self.connect()
+
+    def homing_sweep(self) -> np.ndarray:
+        """Return the ways homing may take: up from any place it may be at, then over.
+
+        A machine never homed since it was connected may be anywhere, and no ways
+        are returned.
+        """
+        if self._way is None or not self._connected:
+            return np.zeros((0, 2, 3))
+        ends = {axis: self.mount.fixed.get(axis, 0.0) for axis in AXES}
+        for controller in self.controllers:
+            top = (float(value) for value in controller.limits()[1])
+            ends |= dict(zip(controller.axes, top, strict=True))
+        corner = self.mount.frame.to_room(np.array([ends[a] for a in "xyz"]))
+        sweep = []
+        for start, end in pairwise(self._way):
+            for share in np.linspace(0.0, 1.0, 9):
+                here = start + share * (end - start)
+                up = np.array([here[0], here[1], corner[2]])
+                sweep += [(here, up), (up, corner)]
+        return np.array(sweep)
 
     def where(self) -> Pose | None:
         """Ask the machine where it is; None while that is not known."""

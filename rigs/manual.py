@@ -98,6 +98,10 @@ class ManualRig:
     def home(self) -> None:
         """Do nothing: a person has no reference switch."""
 
+    def homing_sweep(self) -> np.ndarray:
+        """Return no ways: homing moves nothing."""
+        return np.zeros((0, 2, 3))
+
     def where(self) -> Pose | None:
         """Return the pose last confirmed by the person, None if there is none."""
         return self._pose

@@ -5,9 +5,11 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
+import numpy as np
 from pydantic import BaseModel
 
 from rigs.clock import Clock, SystemClock
+from rigs.envelope import Envelope
 from rir.pose import Pose
 from rir.registry import Registry
 
@@ -21,6 +23,11 @@ class Rig(Protocol):
 
     name: str
     simulated: bool
+
+    @property
+    def envelope(self) -> Envelope | None:
+        """Where it may be; None where only a person knows."""
+        ...
 
     def check(self, pose: Pose) -> None:
         """Raise `OutOfReachError` if the pose cannot be reached; move nothing."""
@@ -40,6 +47,10 @@ class Rig(Protocol):
 
     def home(self) -> None:
         """Find the reference, so that the position is known."""
+        ...
+
+    def homing_sweep(self) -> np.ndarray:
+        """Return the straight ways homing may take from here, shape (N, 2, 3), m."""
         ...
 
     def where(self) -> Pose | None:

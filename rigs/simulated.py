@@ -4,6 +4,8 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, Literal
 
+import numpy as np
+
 from rigs.clock import Clock, VirtualClock
 from rigs.envelope import Envelope
 from rigs.motion import travel_time, turn_angle
@@ -95,6 +97,10 @@ class SimulatedRig:
 
     def home(self) -> None:
         """Do nothing: a simulated rig always knows where it is."""
+
+    def homing_sweep(self) -> np.ndarray:
+        """Return no ways: homing moves nothing."""
+        return np.zeros((0, 2, 3))
 
     def where(self) -> Pose | None:
         """Return the pose; None before the first move if no start was given."""

@@ -28,11 +28,12 @@ class EnvelopeConfig(Config):
     high_m: Triple
     keep_outs: tuple[BoxConfig, ...] = ()
     clearance_m: float = Field(default=0.0, ge=0.0)
+    column: Literal["none", "up", "down"] = "none"
 
     def envelope(self) -> Envelope:
         """Return the envelope described."""
         boxes = tuple(KeepOut(b.name, b.low_m, b.high_m) for b in self.keep_outs)
-        return Envelope(self.low_m, self.high_m, boxes, self.clearance_m)
+        return Envelope(self.low_m, self.high_m, boxes, self.clearance_m, self.column)
 
 
 class FrameConfig(Config):

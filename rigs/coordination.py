@@ -1,0 +1,149 @@
+"""Moves of two carriers that never meet each other or a keep-out box."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from rigs.envelope import Envelope
+from rigs.paths import Roadmap
+from rir.errors import OutOfReachError
+
+REFUGES = 60
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """One carrier goes along a way while the other one stands."""
+
+    carrier: int
+    """0 for the emitter's carrier, 1 for the listener's."""
+    way: list[np.ndarray]
+    """Corners of the way, start included, m."""
+
+    @property
+    def length(self) -> float:
+        """Length of the way, m."""
+        return float(sum(np.linalg.norm(np.diff(self.way, axis=0), axis=1)))
+
+
+@dataclass(frozen=True, eq=False)
+class Coordination:
+    """The rules two carriers share.
+
+    Parameters
+    ----------
+    envelopes
+        Of the emitter's and the listener's carrier.
+    separation
+        Least distance between the two devices, m.
+    """
+
+    envelopes: tuple[Envelope, Envelope]
+    separation: float
+
+    @property
+    def flat(self) -> bool:
+        """Whether the carriers have columns, so that only level distance counts."""
+        return any(envelope.column != "none" for envelope in self.envelopes)
+
+    def gap(self, a: np.ndarray, b: np.ndarray) -> float:
+        """Return the distance that counts between the two devices, m."""
+        between = np.asarray(a) - np.asarray(b)
+        return float(np.linalg.norm(between[:2] if self.flat else between))
+
+    def roadmap(self, carrier: int, other: np.ndarray | None) -> Roadmap:
+        """Return the free space of one carrier while the other stands somewhere."""
+        balls = [(np.asarray(other), self.separation)] if other is not None else []
+        if self.separation <= 0.0:
+            balls = []
+        return Roadmap(self.envelopes[carrier], balls, flat=self.flat)
+
+    def plan(
+        self,
+        start: tuple[np.ndarray, np.ndarray],
+        goal: tuple[np.ndarray, np.ndarray],
+    ) -> list[Step]:
+        """Return steps that bring both carriers from start to goal.
+
+        Tries either carrier first, then lets one step aside for the other.
+
+        Raises
+        ------
+        OutOfReachError
+            If no such steps are found.
+        """
+        plans = list(self._direct(start, goal))
+        if not plans:
+            plans = list(self._aside(start, goal))
+        if not plans:
+            raise OutOfReachError(
+                "no order of moves was found that keeps the carriers "
+                f"{self.separation:.3f} m apart on the way to "
+                f"{np.round(goal[0], 3).tolist()} and {np.round(goal[1], 3).tolist()} "
+                "m; choose other poses, or more room around them"
+            )
+        return min(plans, key=lambda steps: sum(step.length for step in steps))
+
+    def _direct(
+        self,
+        start: tuple[np.ndarray, np.ndarray],
+        goal: tuple[np.ndarray, np.ndarray],
+    ) -> Iterator[list[Step]]:
+        for first in (0, 1):
+            second = 1 - first
+            try:
+                one = self._way(first, start[first], goal[first], start[second])
+                two = self._way(second, start[second], goal[second], goal[first])
+            except OutOfReachError:
+                continue
+            yield [step for step in (one, two) if step.length > 0.0]
+
+    def _way(
+        self, carrier: int, start: np.ndarray, end: np.ndarray, other: np.ndarray
+    ) -> Step:
+        if np.array_equal(start, end):
+            return Step(carrier, [start, end])
+        return Step(carrier, self.roadmap(carrier, other).way(start, end))
+
+    def _aside(
+        self,
+        start: tuple[np.ndarray, np.ndarray],
+        goal: tuple[np.ndarray, np.ndarray],
+    ) -> Iterator[list[Step]]:
+        """Let one carrier wait at a refuge while the other passes."""
+        for first in (0, 1):
+            second = 1 - first
+            space = self.roadmap(first, start[second])
+            for refuge in self._refuges(first, start, goal, space):
+                try:
+                    away = Step(first, space.way(start[first], refuge))
+                    over = self._way(second, start[second], goal[second], refuge)
+                    back = self._way(first, refuge, goal[first], goal[second])
+                except OutOfReachError:
+                    continue
+                yield [step for step in (away, over, back) if step.length > 0.0]
+                break
+
+    def _refuges(
+        self,
+        carrier: int,
+        start: tuple[np.ndarray, np.ndarray],
+        goal: tuple[np.ndarray, np.ndarray],
+        space: Roadmap,
+    ) -> np.ndarray:
+        """Return places to wait at, the nearest first."""
+        envelope = self.envelopes[carrier]
+        axes = [
+            np.linspace(a, b, 6)
+            for a, b in zip(envelope.low, envelope.high, strict=True)
+        ]
+        grid = np.array(np.meshgrid(*axes)).reshape(3, -1).T
+        free = np.ones(len(grid), bool)
+        for other in (start[1 - carrier], goal[1 - carrier]):
+            gaps = (grid - other) * space.flat
+            free &= np.linalg.norm(gaps, axis=1) > self.separation
+        grid = grid[free]
+        detour = np.linalg.norm(grid - start[carrier], axis=1)
+        detour = detour + np.linalg.norm(grid - goal[carrier], axis=1)
+        return grid[np.argsort(detour)[:REFUGES]]

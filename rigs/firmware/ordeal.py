@@ -1,0 +1,257 @@
+"""Random faults on two simulated rigs, and the rules no fault may break.
+
+The rules: every call ends within its time; afterwards each position is either not
+known or right; nothing is sent into motion outside the envelope or with an unknown
+position; the carriers keep clear of each other and of the keep-outs.
+"""
+
+import re
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rigs.carriers import Carriers
+from rigs.clock import VirtualClock
+from rigs.envelope import Envelope, KeepOut
+from rigs.firmware.direct import DirectLine
+from rigs.firmware.grbl import GrblFirmware
+from rigs.frame import Frame
+from rigs.grbl_controller import GrblController
+from rigs.grbl_options import GrblOptions
+from rigs.machine import MachineRig, Mount
+from rigs.rig import Surroundings
+from rir.errors import RigError
+from rir.pose import Pose
+
+SETTINGS = {
+    20: 1, 22: 1, 24: 600, 25: 6000, 27: 2, 110: 12000, 111: 12000, 112: 12000,
+    120: 500, 121: 500, 122: 500, 130: 2000, 131: 2000, 132: 1500,
+}  # fmt: skip
+KEEP_OUTS = (
+    KeepOut("table", [0.7, 0.7, 0.0], [1.2, 1.3, 0.7]),
+    KeepOut("shelf", [1.6, 0.2, 0.9], [1.9, 0.8, 1.2]),
+)
+SEPARATION = 0.25
+CLEARANCE = 0.08
+TOLERANCE = 1e-4
+"""Largest error of a believed position, m."""
+LONGEST_CALL = 900.0
+"""Simulated seconds any call may take: homing, a reconnection and a retry included."""
+WATCH = 0.04
+MOTION = re.compile(rb"G1 X(\S+) Y(\S+) Z(\S+) F")
+FAULTS = (
+    "brown-out", "garbage", "garble", "mute", "delay", "unplug", "deaf", "reset",
+    "hold", "door", "soft-limit", "hard-limit", "sleep", "unlock",
+)  # fmt: skip
+
+
+class BrokenRuleError(AssertionError):
+    """One of the rules was broken."""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One thing that goes wrong."""
+
+    kind: str
+    carrier: int
+    after: float
+    """Seconds from the start of the next call."""
+    amount: float = 1.0
+
+
+class WatchedLine(DirectLine):
+    """A line that checks every motion command against the rules."""
+
+    driver: GrblController
+    rig: MachineRig
+
+    def write(self, data: bytes) -> None:
+        """Send bytes, unless they break a rule."""
+        for match in MOTION.finditer(data):
+            axes = dict(zip("xyz", map(float, match.groups()), strict=True))
+            point = self.rig.pose_of(axes | {"yaw": 0.0}).position
+            if not self.driver.known:
+                raise BrokenRuleError(f"motion to {point} with an unknown position")
+            if self.rig.envelope.path_gap(point[None]) < -1e-6 or np.any(
+                (point < self.rig.envelope.low - 1e-6)
+                | (point > self.rig.envelope.high + 1e-6)
+            ):
+                raise BrokenRuleError(f"motion to {point}, outside the envelope")
+        super().write(data)
+
+
+@dataclass
+class Ordeal:
+    """Two rigs, one clock, and someone who breaks things.
+
+    Parameters
+    ----------
+    seed
+        Of the noise on the lines.
+    """
+
+    seed: int = 0
+    clock: VirtualClock = field(default_factory=VirtualClock)
+    errors: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        rng = np.random.default_rng(self.seed)
+        self.chips = [
+            GrblFirmware(SETTINGS, at=at, rng=rng)
+            for at in ((-300.0, -300.0, -300.0), (-400.0, -300.0, -300.0))
+        ]
+        self.frames = [
+            Frame.at([2.0, 2.0, 1.6]),
+            Frame.at([0.0, 0.0, 1.6], yaw_deg=180.0),
+        ]
+        self.carriers = Carriers(self._rig(0), self._rig(1), SEPARATION)
+        self.watching = False
+
+    @property
+    def reaches(self) -> list[Envelope]:
+        """Return where each carrier may be."""
+        return [rig.envelope for rig in self.carriers.rigs if rig.envelope]
+
+    def _rig(self, k: int) -> MachineRig:
+        line = WatchedLine(self.chips[k], self.clock)
+        options = GrblOptions(feed_mm_per_min=12000, settle_s=0.2)
+        driver = GrblController(line, self.clock, options, simulated=True)
+        envelope = Envelope([0.05] * 3, [1.95, 1.95, 1.55], KEEP_OUTS, CLEARANCE, "up")
+        around = Surroundings(clock=self.clock)
+        mount = Mount(self.frames[k], free_orientation=True)
+        rig = MachineRig(f"rig {k}", "grbl", [driver], envelope, mount, around)
+        line.driver, line.rig = driver, rig
+        return rig
+
+    def truth(self, k: int) -> np.ndarray:
+        """Return where a carrier really is, m."""
+        self.chips[k].advance(self.clock.now())
+        return self.frames[k].to_room(self.chips[k].true_position)
+
+    # -- faults -----------------------------------------------------------------------
+
+    def inflict(self, fault: Fault) -> None:
+        """Let a fault happen some time into the next call."""
+        chip = self.chips[fault.carrier]
+        chip.advance(self.clock.now())
+        chip.schedule(fault.after, lambda: self._do(chip, fault), lasting=True)
+
+    def _do(self, chip: GrblFirmware, fault: Fault) -> None:
+        if fault.kind in ("soft-limit", "hard-limit"):
+            if not chip.locked and chip.state in ("Run", "Idle", "Jog"):
+                chip.alarm(2 if fault.kind == "soft-limit" else 1, critical=True)
+            return
+        pressed = {"reset": 0x18, "hold": ord("!"), "door": 0x84}
+        if fault.kind in pressed:
+            chip.hear(pressed[fault.kind])
+        elif fault.kind in ("sleep", "unlock"):
+            for byte in b"$SLP\n" if fault.kind == "sleep" else b"$X\n":
+                chip.hear(byte)
+        else:
+            self._disturb(chip, fault)
+
+    def _disturb(self, chip: GrblFirmware, fault: Fault) -> None:
+        count = max(1, round(4 * fault.amount))
+        deeds = {
+            "brown-out": chip.power_cycle,
+            "garbage": lambda: chip.babble(10 * count),
+            "garble": lambda: chip.garble(count),
+            "mute": lambda: chip.mute(3.0 * fault.amount),
+            "delay": lambda: self._lag(chip, fault),
+            "unplug": lambda: chip.unplug(8.0 * fault.amount),
+            "deaf": lambda: chip.deafen(count),
+        }
+        deeds[fault.kind]()
+
+    def _lag(self, chip: GrblFirmware, fault: Fault) -> None:
+        chip.delay(1.5 * fault.amount)
+        chip.schedule(10.0, lambda: chip.delay(0.0), lasting=True)
+
+    # -- calls ------------------------------------------------------------------------
+
+    def _watch(self, k: int) -> None:
+        """Check the true places every few centiseconds while a call goes on."""
+        if not self.watching:
+            return
+        here = self.frames[k].to_room(self.chips[k].true_position)
+        other = self.frames[1 - k].to_room(self.chips[1 - k].true_position)
+        apart = float(np.linalg.norm((here - other)[:2]))
+        if apart < SEPARATION - 2e-3:
+            raise BrokenRuleError(f"the carriers are {apart:.3f} m apart")
+        for box in KEEP_OUTS:
+            gap = float(box.distance(here))
+            if gap < CLEARANCE - 2e-3:
+                raise BrokenRuleError(f"carrier {k} is {gap:.3f} m from {box.name}")
+        self.chips[k].schedule(WATCH, lambda: self._watch(k), lasting=True)
+
+    def call(self, action: str, *poses: Pose) -> bool:
+        """Make one call, check the rules, and return whether it succeeded."""
+        began = self.clock.now()
+        self.watching = True
+        for k in (0, 1):
+            self.chips[k].advance(began)
+            self._watch(k)
+        try:
+            getattr(self.carriers, action)(*poses)
+            good = True
+        except RigError as error:
+            self.errors.append(f"{type(error).__name__}: {error}")
+            good = False
+        self.watching = False
+        if self.clock.now() - began > LONGEST_CALL:
+            raise BrokenRuleError(f"{action} took {self.clock.now() - began:.0f} s")
+        self._check_beliefs(poses if good and action == "place" else ())
+        return good
+
+    def _check_beliefs(self, poses: tuple[Pose, ...]) -> None:
+        for k, rig in enumerate(self.carriers.rigs):
+            believed = rig.where()
+            if believed is None:
+                if poses:
+                    raise BrokenRuleError("a move succeeded to an unknown position")
+                continue
+            error = float(np.linalg.norm(believed.position - self.truth(k)))
+            if not error <= TOLERANCE:
+                raise BrokenRuleError(f"carrier {k} is {1e3 * error:.2f} mm off belief")
+            if poses and believed.distance(poses[k]) > TOLERANCE:
+                raise BrokenRuleError(f"carrier {k} did not go where it was sent")
+
+
+def random_pose(rng: np.random.Generator, envelope: Envelope) -> Pose:
+    """Draw an allowed pose."""
+    while True:
+        point = rng.uniform(envelope.low, envelope.high)
+        if bool(envelope.contains(point)):
+            return Pose(point)
+
+
+def random_fault(rng: np.random.Generator) -> Fault:
+    """Draw a fault."""
+    kind = str(rng.choice(FAULTS))
+    after = float(rng.exponential(2.0))
+    return Fault(kind, int(rng.integers(2)), after, float(rng.uniform(0.1, 2.0)))
+
+
+def run_sequence(seed: int, calls: int = 4) -> Ordeal:
+    """Play one random sequence of calls and faults, and return what was left.
+
+    Raises
+    ------
+    BrokenRuleError
+        If a rule was broken.
+    """
+    rng = np.random.default_rng(seed)
+    ordeal = Ordeal(seed)
+    ordeal.call("home")
+    for _ in range(calls):
+        for _ in range(int(rng.integers(0, 3))):
+            ordeal.inflict(random_fault(rng))
+        while True:
+            poses = [random_pose(rng, reach) for reach in ordeal.reaches]
+            between = poses[0].position - poses[1].position
+            if np.linalg.norm(between[:2]) > SEPARATION:
+                break
+        if not ordeal.call("place", *poses):
+            ordeal.call("home")
+    return ordeal
