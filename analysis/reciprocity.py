@@ -17,6 +17,9 @@ __all__ = ["RoomDistances", "measure_pairs", "pairs_of_rooms"]
 FloatArray = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
+MAX_BROADCAST = 8_000_000
+"""Numbers compared in one go; larger descriptions go pair by pair, in the cache."""
+
 MAX_STRANGERS = 4000
 """Un-paired comparisons per room; more pairs are compared inside random groups."""
 
@@ -245,10 +248,15 @@ def distance_matrix(
     described = chosen.describe(samples, sample_rate)
     count = len(samples)
     matrix = np.zeros((count, count))
+    small = sum(part.size for part in described) <= MAX_BROADCAST
     for i in range(count):
         truth: Features = tuple(part[i] for part in described)
+        if small:
+            matrix[i] = chosen.compare(truth, described)
+            continue
         for j in range(count):
             if i != j:
                 prediction = tuple(part[j] for part in described)
                 matrix[i, j] = chosen.compare(truth, prediction)
+    np.fill_diagonal(matrix, 0.0)
     return matrix

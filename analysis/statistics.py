@@ -44,7 +44,11 @@ class Estimate:
 
 
 def interval_of_pseudo_values(
-    values: FloatArray, rng: np.random.Generator, level: float = 0.95
+    values: FloatArray,
+    rng: np.random.Generator,
+    level: float = 0.95,
+    *,
+    positive: bool = False,
 ) -> tuple[float, float]:
     """Return the studentised bootstrap interval of a mean over pairs.
 
@@ -56,6 +60,9 @@ def interval_of_pseudo_values(
         Draws the resamples.
     level : float
         Coverage asked for.
+    positive : bool
+        Whether the mean is of distances: the interval is then found on its
+        logarithm and stays above zero.
 
     References
     ----------
@@ -79,11 +86,17 @@ def interval_of_pseudo_values(
         return float(kept.mean()), float(kept.mean())
     draws = kept[rng.integers(0, count, (RESAMPLES, count))]
     errors = draws.std(axis=1, ddof=1) / np.sqrt(count)
-    usable = errors > 1e-3 * error
-    ratios = (draws[usable].mean(axis=1) - kept.mean()) / errors[usable]
-    tail = (1 - level) / 2
-    low, high = np.quantile(ratios, [1 - tail, tail])
-    return float(kept.mean() - low * error), float(kept.mean() - high * error)
+    # Resamples that miss the one large value say nothing of the spread.
+    usable = errors > 0.1 * error
+    means, mean = draws[usable].mean(axis=1), kept.mean()
+    tails = [(1 + level) / 2, (1 - level) / 2]
+    if positive and mean > 0 and np.all(means > 0):
+        ratios = np.log(means / mean) * means / errors[usable]
+        low, high = mean * np.exp(-np.quantile(ratios, tails) * error / mean)
+    else:
+        ratios = (means - mean) / errors[usable]
+        low, high = mean - np.quantile(ratios, tails) * error
+    return float(low), float(high)
 
 
 def estimate_mean(
@@ -105,7 +118,7 @@ def estimate_mean(
     if not len(kept):
         return Estimate(np.nan, np.nan, np.nan, np.nan, np.nan, 0, len(values))
     low, high = interval_of_pseudo_values(
-        pseudo_values(kept, np.asarray(groups)[good]), rng
+        pseudo_values(kept, np.asarray(groups)[good]), rng, positive=True
     )
     return Estimate(
         mean=float(kept.mean()),
@@ -151,19 +164,20 @@ def ratio_of_means(
     """
     pairs = own[:, 0]
     first, second = np.isfinite(paired), np.isfinite(unpaired)
-    if first.sum() < 3 or not second.any() or np.any(paired[first] <= 0):
+    if first.sum() < 3 or not second.any():
         return np.nan, np.nan
 
     def logarithm(without: int | None) -> float:
         a = first if without is None else first & (pairs != without)
         touched = np.any(strangers == without, axis=-1)
         b = second if without is None else second & ~touched
-        if not b.any():
-            return np.nan
-        return float(np.log(unpaired[b].mean() / paired[a].mean()))
+        means = paired[a].mean(), unpaired[b].mean() if b.any() else 0.0
+        return float(np.log(means[1] / means[0])) if min(means) > 0 else np.nan
 
     kept = pairs[first]
     whole, count = logarithm(None), len(kept)
+    if np.isnan(whole):
+        return np.nan, np.nan
     values = [count * whole - (count - 1) * logarithm(int(k)) for k in kept]
     low, high = interval_of_pseudo_values(np.array(values), rng)
     return float(np.exp(low)), float(np.exp(high))

@@ -44,6 +44,12 @@ AMPLITUDE = METRICS.add("Amp")(
                 compare_spectra,
                 "as evaluated with AVR (Lan et al., NeurIPS 2024)",
             ),
+            "raf": Flavour(
+                "raf-1",
+                smooth_spectrum,
+                compare_spectra,
+                "RAF defines none: as paper-1",
+            ),
         },
     )
 )

@@ -24,6 +24,11 @@ def paper_clarity(samples: FloatArray, sample_rate: int) -> Features:
     return (clarity_from_start(samples, int(0.05 * sample_rate)),)
 
 
+def raf_clarity(samples: FloatArray, sample_rate: int) -> Features:
+    """Split int(0.05 fs + 1) samples after sample 0."""
+    return (clarity_from_start(samples, int(0.05 * sample_rate + 1)),)
+
+
 def absolute_error(truth: Features, prediction: Features) -> FloatArray:
     """Return |truth - prediction|."""
     with np.errstate(invalid="ignore"):
@@ -46,6 +51,12 @@ CLARITY = METRICS.add("C50")(
                 paper_clarity,
                 absolute_error,
                 "as evaluated with AVR (Lan et al., NeurIPS 2024)",
+            ),
+            "raf": Flavour(
+                "raf-1",
+                raf_clarity,
+                absolute_error,
+                "Real Acoustic Fields, Chen et al., CVPR 2024; authors' answers",
             ),
         },
     )

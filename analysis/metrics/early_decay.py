@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.metrics.clarity import absolute_error
-from analysis.metrics.energy_curve import paper_energy_curve
+from analysis.metrics.energy_curve import paper_energy_curve, plain_curves
 from analysis.metrics.metric import Features, Flavour, Metric
 from analysis.metrics.table import METRICS
 
@@ -17,6 +17,13 @@ def paper_early_decay_time(samples: FloatArray, sample_rate: int) -> Features:
     """Return 6 x the time of the sample nearest to -10 dB, from sample 0 [s]."""
     curve = paper_energy_curve(samples)
     return (6.0 * np.argmin(np.abs(curve + 10.0), axis=-1) / sample_rate,)
+
+
+def raf_early_decay_time(samples: FloatArray, sample_rate: int) -> Features:
+    """Return 6 x the time of the first sample below -10 dB; NaN if there is none."""
+    below = plain_curves(samples) < -10.0
+    first = np.where(below.any(axis=-1), np.argmax(below, axis=-1), np.nan)
+    return (6.0 * first / sample_rate,)
 
 
 EARLY_DECAY = METRICS.add("EDT")(
@@ -35,6 +42,12 @@ EARLY_DECAY = METRICS.add("EDT")(
                 paper_early_decay_time,
                 absolute_error,
                 "as evaluated with AVR (Lan et al., NeurIPS 2024)",
+            ),
+            "raf": Flavour(
+                "raf-1",
+                raf_early_decay_time,
+                absolute_error,
+                "Real Acoustic Fields, Chen et al., CVPR 2024; authors' answers",
             ),
         },
     )

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["PAPER_FLOOR", "paper_energy_curve"]
+__all__ = ["PAPER_FLOOR", "paper_energy_curve", "plain_curves"]
 
 FloatArray = NDArray[np.float64]
 
@@ -21,3 +21,15 @@ def paper_energy_curve(samples: FloatArray) -> FloatArray:
     energy = np.cumsum((samples**2 + PAPER_FLOOR)[..., ::-1], axis=-1)[..., ::-1]
     level = 10.0 * np.log10(energy)
     return level - level[..., :1]
+
+
+def plain_curves(samples: FloatArray) -> FloatArray:
+    """Return 10 lg of the reversed running sum of h^2, re its start [dB].
+
+    NaN after the last sample that is not zero, and for silence.
+    """
+    energy = np.cumsum((samples**2)[..., ::-1], axis=-1)[..., ::-1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        level = 10.0 * np.log10(energy)
+        curve = level - level[..., :1]
+    return np.where(energy > 0, curve, np.nan)

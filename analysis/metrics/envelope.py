@@ -49,6 +49,12 @@ ENVELOPE = METRICS.add("Env")(
                 compare_envelopes,
                 "as evaluated with AVR (Lan et al., NeurIPS 2024)",
             ),
+            "raf": Flavour(
+                "raf-1",
+                hilbert_envelope,
+                compare_envelopes,
+                "RAF defines none: as paper-1",
+            ),
         },
     )
 )

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.metrics.energy_curve import paper_energy_curve
+from analysis.metrics.energy_curve import paper_energy_curve, plain_curves
 from analysis.metrics.metric import Features, Flavour, Metric
 from analysis.metrics.table import METRICS
 
@@ -39,6 +39,46 @@ def relative_error(truth: Features, prediction: Features) -> FloatArray:
         return np.asarray(np.abs(truth[0] - prediction[0]) / truth[0])
 
 
+def raf_reverberation_time(samples: FloatArray, sample_rate: int) -> Features:
+    """Return 6 x the time of 10 dB under -5 dB, high-passed; NaN if not reached."""
+    curves = plain_curves(high_passed(samples, sample_rate))
+    flat = curves.reshape(-1, curves.shape[-1])
+    times = [_ten_decibels(curve) for curve in flat]
+    return (6.0 * np.array(times).reshape(curves.shape[:-1]) / sample_rate,)
+
+
+def high_passed(samples: FloatArray, sample_rate: int) -> FloatArray:
+    """Filter by a second-order high-pass at 200 Hz with Q = 1/sqrt(2).
+
+    References
+    ----------
+    Bristow-Johnson, "Cookbook formulae for audio equalizer biquad filter
+    coefficients": the HPF.
+    """
+    from scipy.signal import lfilter
+
+    turn = 2 * np.pi * 200.0 / sample_rate
+    alpha, cosine = np.sin(turn) / np.sqrt(2.0), np.cos(turn)
+    forward = np.array([1 + cosine, -2 * (1 + cosine), 1 + cosine]) / 2
+    back = np.array([1 + alpha, -2 * cosine, 1 - alpha])
+    return np.asarray(lfilter(forward, back, samples, axis=-1))
+
+
+def _ten_decibels(curve: FloatArray) -> float:
+    """Return the samples from the first under -5 dB to 10 dB under that one."""
+    if not np.any(curve < -5.0):
+        return np.nan
+    first = int(np.argmax(curve < -5.0))
+    below = curve < curve[first] - 10.0
+    return float(np.argmax(below)) - first if below.any() else np.nan
+
+
+def raf_error(truth: Features, prediction: Features) -> FloatArray:
+    """Return the relative error; 1 where either time could not be had."""
+    error = relative_error(truth, prediction)
+    return np.where(np.isfinite(error), error, 1.0)
+
+
 REVERBERATION = METRICS.add("T60")(
     Metric(
         symbol="T60",
@@ -55,6 +95,12 @@ REVERBERATION = METRICS.add("T60")(
                 paper_reverberation_time,
                 relative_error,
                 "as evaluated with AVR (Lan et al., NeurIPS 2024)",
+            ),
+            "raf": Flavour(
+                "raf-1",
+                raf_reverberation_time,
+                raf_error,
+                "Real Acoustic Fields, Chen et al., CVPR 2024; authors' answers",
             ),
         },
     )

@@ -61,6 +61,18 @@ def compare_spectrograms(truth: Features, prediction: Features) -> FloatArray:
     return total / len(truth)
 
 
+def raf_spectrogram(samples: FloatArray, sample_rate: int) -> Features:
+    """Return ln(|STFT| + 1e-3) of 1024/512/256 frames, half that under 44.1 kHz."""
+    size = 1024 if sample_rate >= 44100 else 512
+    spectrum = magnitudes(samples, size, size // 2, size // 4)
+    return (np.log(spectrum + 1e-3).reshape(*samples.shape[:-1], -1),)
+
+
+def compare_log_spectrograms(truth: Features, prediction: Features) -> FloatArray:
+    """Average the absolute difference of the logarithms."""
+    return np.asarray(np.mean(np.abs(truth[0] - prediction[0]), axis=-1))
+
+
 SPECTROGRAM = METRICS.add("STFT")(
     Metric(
         symbol="STFT",
@@ -80,6 +92,12 @@ SPECTROGRAM = METRICS.add("STFT")(
                 paper_spectrograms,
                 compare_spectrograms,
                 "Yamamoto et al. 2020, as evaluated with AVR (Lan et al. 2024)",
+            ),
+            "raf": Flavour(
+                "raf-1",
+                raf_spectrogram,
+                compare_log_spectrograms,
+                "Real Acoustic Fields, Chen et al., CVPR 2024; authors' answers",
             ),
         },
     )

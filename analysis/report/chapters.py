@@ -39,6 +39,7 @@ def overview_chapter(rooms: Sequence[Mapping[str, Any]]) -> str:
         "<h2>Paired and un-paired responses</h2>"
         + _table(["room", "", *heads], rows)
         + "<p>Mean distance, below it the 95 % interval of the mean over pairs. "
+        "<b>Without outliers</b>: paired, without the pairs named below. "
         "<b>Ratio</b>: how many times closer swapped responses are than strangers of "
         "the same room. <b>P</b>: chance that an un-paired distance exceeds a paired "
         "one. <b>Floor</b>: paired distance that noise, logged temperature and the "
@@ -53,14 +54,19 @@ def _room_rows(room: Mapping[str, Any], symbols: Sequence[str]) -> list[str]:
     lines = {
         "un-paired": [cell(m["unpaired"]) for m in metrics],
         "paired": [cell(m["paired"]) for m in metrics],
+        "without outliers": [cell(m["paired_sound"]) for m in metrics],
         "ratio": [ratio_cell(m) for m in metrics],
         "P": [number(m["superiority"]) for m in metrics],
         "floor": [number(m["floor"], 2) for m in metrics],
     }
+    if not any(pair["faults"] for pair in room["pairs"]):
+        del lines["without outliers"]
     rows = []
     for words, cells in lines.items():
         body = "".join(f"<td>{c}</td>" for c in cells)
-        first = f'<td rowspan="5">{name}</td>' if words == "un-paired" else ""
+        first = (
+            f'<td rowspan="{len(lines)}">{name}</td>' if words == "un-paired" else ""
+        )
         kind = ' class="paired"' if words == "paired" else ""
         rows.append(f'<tr{kind}>{first}<td class="variant">{words}</td>{body}</tr>')
     return rows

@@ -84,12 +84,16 @@ def _metric_summary(
     paired = estimate_mean(both, own, rng)
     unpaired = estimate_mean(strangers, room.strangers, rng)
     low, high = ratio_of_means(both, own, strangers, room.strangers, rng)
+    sound = np.array([not found for found in study.likeness.faults])
     orders = [metric.table_factor * _nanmean(room.paired[symbol][:, k]) for k in (0, 1)]
     return {
         "title": metric.title,
         "unit": metric.table_unit,
         "version": metric.flavour(room.flavour).version,
         "paired": _in_table_unit(paired, metric.table_factor),
+        "paired_sound": _in_table_unit(
+            estimate_mean(both[sound], own[sound], rng), metric.table_factor
+        ),
         "unpaired": _in_table_unit(unpaired, metric.table_factor),
         "floor": metric.table_factor * study.floor[symbol],
         "paired_by_truth": {"forward": orders[0], "reverse": orders[1]},
