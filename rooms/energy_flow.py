@@ -90,7 +90,8 @@ def energy_flow(
     total = absorbing + scattering_rate
     area = geometry.areas.sum()
     mixed = c * area / (4 * geometry.volume) * _logs(scene.mean_absorption)
-    gap = np.where(np.abs(total - mixed) < 1e-6, 1e-6, total - mixed)
+    gap = np.maximum(np.abs(total - mixed), 1e-6)
+    slower = np.minimum(total, mixed)
     bounces = rates.sum(axis=1)
     flow = np.zeros((3, len(times), scene.absorption.shape[1]))
     for step, t in enumerate(times):
@@ -98,8 +99,8 @@ def energy_flow(
         above = bounces * t > (np.inf if max_order is None else max_order + 0.5)
         flow[0, step] = mirrored[~above].sum(axis=0)
         flow[1, step] = mirrored[above].sum(axis=0)
-        # (e^-mixed t - e^-total t) / gap, without cancellation
-        handed = np.exp(-mixed * t) * -np.expm1(-gap * t) / gap
+        # (e^-mixed t - e^-total t) / (total - mixed), without cancellation
+        handed = np.exp(-slower * t) * -np.expm1(-gap * t) / gap
         flow[2, step] = weights @ (scattering_rate * handed)
     flow *= 4 * np.pi * c / geometry.volume
     return EnergyFlow(times, *flow)

@@ -115,10 +115,10 @@ def simulate(
         only=effects,
     )
     shape = (len(places[0]), len(places[1]), budget.n_samples)
-    responses = np.zeros(shape)
+    responses = np.empty(shape)
     for index, emitter in enumerate(places[0]):
         sound = Sound(scene, emitter, places[1], budget)
-        responses[index] = run_plan(scene, plan, sound, threads)
+        run_plan(scene, plan, sound, threads, responses[index])
     return Simulation(responses, sample_rate, plan)
 
 
@@ -140,11 +140,17 @@ def make_budget(
     return Budget(int(sample_rate), count, max_order, rays, seed)
 
 
-def run_plan(scene: Scene, plan: Plan, sound: Sound, threads: int = 1) -> FloatArray:
+def run_plan(
+    scene: Scene,
+    plan: Plan,
+    sound: Sound,
+    threads: int = 1,
+    out: FloatArray | None = None,
+) -> FloatArray:
     """Apply the effects that are on, and render: shape (listeners, n_samples)."""
     from rooms.effects import EFFECTS
     from rooms.synthesis import render
 
     for name in plan.on:
         EFFECTS[name].apply(scene, sound)
-    return render(sound, threads)
+    return render(sound, threads, out)

@@ -48,10 +48,12 @@ class Budget:
 
 @dataclass(frozen=True, eq=False)
 class Arrivals:
-    """Wavefronts that reach one listener, as a struct of arrays.
+    """Wavefronts that reach the listeners, as a struct of arrays.
 
     Parameters
     ----------
+    listener : ndarray, shape (n,)
+        Number of the listener each one reaches.
     delay : ndarray, shape (n,)
         Time of flight [s].
     gain : ndarray, shape (n, bands)
@@ -62,6 +64,7 @@ class Arrivals:
         Number of reflections.
     """
 
+    listener: NDArray[np.int64]
     delay: FloatArray
     gain: FloatArray
     departure: FloatArray
@@ -142,10 +145,7 @@ class Sound:
     air_loss: FloatArray | None = None
     lattice: Lattice | None = None
     waves: Waves | None = None
-    arrivals: list[list[Arrivals]] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        self.arrivals = [[] for _ in range(len(self.listeners))]
+    arrivals: list[Arrivals] = field(default_factory=list)
 
     @property
     def reflection(self) -> FloatArray:

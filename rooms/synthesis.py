@@ -1,42 +1,60 @@
 """Turn gathered sound into samples."""
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rir import GainPattern, Pose
+from rir import GainPattern
+from rir.pose import rotate
 from rooms.bands import join_bands
 from rooms.sound import Arrivals, Lattice, Sound, Waves
 
 __all__ = ["render"]
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 _FULL = 8
 """Lanes of a banded grid; see `rooms.kernels.deposit.LANES`."""
 
+_CHUNK = 8
+"""Listeners rendered in one compiled call."""
 
-def render(sound: Sound, threads: int = 1) -> FloatArray:
+
+def render(sound: Sound, threads: int = 1, out: FloatArray | None = None) -> FloatArray:
     """Return the responses at all listeners, shape (listeners, n_samples).
 
+    Parameters
+    ----------
+    sound : Sound
+        What the effects have gathered.
+    threads : int
+        Threads that share the listeners.
+    out : ndarray, optional
+        Where to write; new memory when left out.
+
+    Notes
+    -----
     The compiled loops release the interpreter lock, so threads share the work.
     """
     count = len(sound.listeners)
-    out = np.empty((count, sound.budget.n_samples))
+    out = np.empty((count, sound.budget.n_samples)) if out is None else out
+    renderer = _Renderer(sound)
+    step = 1 if sound.waves is not None else max(1, min(_CHUNK, count // threads))
+    parts = [range(k, min(k + step, count)) for k in range(0, count, step)]
 
-    def work(part: range) -> None:
-        renderer = _Renderer(sound)
-        for index in part:
-            out[index] = renderer.listener(index)
+    def work(share: list[range]) -> None:
+        grid = renderer.new_grid()
+        for part in share:
+            out[part.start : part.stop] = renderer.responses(part, grid)
 
-    parts = [range(first, count, threads) for first in range(threads)]
+    shares = [parts[first::threads] for first in range(threads)]
     if threads == 1:
-        work(parts[0])
+        work(shares[0])
     else:
         with ThreadPoolExecutor(threads) as pool:
-            list(pool.map(work, parts))
+            list(pool.map(work, shares))
     return out
 
 
@@ -49,39 +67,20 @@ def _is_flat(sound: Sound) -> bool:
             return False
     if sound.lattice is not None and np.any(np.ptp(sound.lattice.reflection, axis=1)):
         return False
-    paths = (path for paths in sound.arrivals for path in paths)
-    return not any(np.any(np.ptp(path.gain, axis=1)) for path in paths)
+    return not any(np.any(np.ptp(path.gain, axis=1)) for path in sound.arrivals)
 
 
 def _lanes(values: FloatArray, lanes: int) -> FloatArray:
     """Fit the band axis (last) to a number of lanes: one, or padded with zeros."""
     if lanes == 1:
         return np.ascontiguousarray(values[..., :1])
-    padding = [(0, 0)] * (values.ndim - 1) + [(0, lanes - values.shape[-1])]
-    return np.ascontiguousarray(np.pad(values, padding))
+    fitted = np.zeros((*values.shape[:-1], lanes))
+    fitted[..., : values.shape[-1]] = values
+    return fitted
 
 
-@dataclass(frozen=True, eq=False)
-class _Axis:
-    """Images along one axis: gains and reflection counts, whatever the listener."""
-
-    index: NDArray[np.int64]
-    gain: FloatArray
-    order: NDArray[np.int64]
-    length: float
-
-    def offsets(self, emitter: float, listener: float) -> FloatArray:
-        """Signed distances from the listener to the images [m].
-
-        Written so that exchanging the ends changes signs only: reciprocity then
-        holds to the last bit of each term.
-        """
-        even = self.index * self.length + (emitter - listener)
-        odd = (self.index + 1) * self.length - (emitter + listener)
-        return np.where(self.index % 2 == 0, even, odd)
-
-
-def _axis(lattice: Lattice, axis: int, reach: float, lanes: int) -> _Axis:
+def _axis(lattice: Lattice, axis: int, reach: float, lanes: int) -> Any:
+    """Return image numbers, gains and reflection counts along one axis."""
     length = float(lattice.size[axis])
     count = min(int(reach / length) + 2, lattice.max_order)
     index = np.arange(-count, count + 1)
@@ -91,153 +90,153 @@ def _axis(lattice: Lattice, axis: int, reach: float, lanes: int) -> _Axis:
     far = np.where(index > 0, more, fewer)[:, None]
     walls = lattice.reflection[2 * axis : 2 * axis + 2]
     gain = walls[0] ** near * walls[1] ** far
-    return _Axis(index, _lanes(gain, lanes), np.abs(index), length)
+    return index, _lanes(gain, lanes), np.abs(index)
 
 
 class _Renderer:
-    """Renders one listener after another into buffers that are used again."""
+    """What all listeners of one sound share, prepared once."""
 
     def __init__(self, sound: Sound) -> None:
-        budget = sound.budget
-        self.sound = sound
-        self.lanes = 1 if _is_flat(sound) else _FULL
-        self.scale = budget.sample_rate / sound.scene.speed_of_sound
-        self.grid = np.zeros((budget.n_samples + 1, 8, self.lanes))
-        self.axes: list[_Axis] = []
-        self.rows = 0
-        if sound.lattice is not None:
-            limit = sound.lattice.until * budget.sample_rate
-            far = sound.lattice.farthest * self.scale
-            self.rows = min(int(np.ceil(min(limit, far))) + 1, len(self.grid))
-            reach = self.rows / self.scale
-            self.axes = [
-                _axis(sound.lattice, axis, reach, self.lanes) for axis in range(3)
-            ]
-        self.ends = self._ends()
-        self.decay = self._decay()
-
-    def _ends(self) -> tuple[FloatArray, FloatArray] | None:
-        if self.sound.patterns is None:
-            return None
-        emitting, listening = (
-            _lanes(
-                pattern.at_bands(self.sound.scene.bands).coefficients.T, self.lanes
-            ).T
-            for pattern in self.sound.patterns
-        )
-        return np.ascontiguousarray(emitting), np.ascontiguousarray(listening)
-
-    def _decay(self) -> FloatArray:
-        if self.sound.air_loss is None:
-            return np.ones((len(self.grid), self.lanes))
-        way = np.arange(len(self.grid)) / self.scale
-        return np.exp(-_lanes(self.sound.air_loss, self.lanes) / 2 * way[:, None])
-
-    def listener(self, index: int) -> FloatArray:
         from rooms.kernels import pulses
 
-        used = self._rows_used(index)
-        self.grid[:used] = 0.0
-        listener = self.sound.listeners[index]
-        if self.sound.lattice is not None:
-            self._deposit_lattice(listener)
-        for arrivals in self.sound.arrivals[index]:
-            self._deposit_arrivals(arrivals, listener)
-        if self.sound.waves is not None:
-            self._deposit_waves(self.sound.waves, listener)
-        bank, lead = pulses.pulse_bank(), pulses.HALF_TAPS - 1
-        shaped = np.zeros((used + bank.shape[1]) * self.lanes)
-        pulses.shape_pulses(self.grid[:used], self.decay, bank, shaped)
-        n = self.sound.budget.n_samples
-        return self._join(shaped.reshape(-1, self.lanes)[lead : lead + n])
-
-    def _join(self, signals: FloatArray) -> FloatArray:
-        """Return the samples of interleaved bands, shape (rows, lanes)."""
-        samples = np.zeros(self.sound.budget.n_samples)
-        joined = signals[:, 0]
-        if self.lanes > 1:
-            bands = self.sound.scene.bands
-            banded = np.ascontiguousarray(signals.T[: len(bands)])
-            joined = join_bands(banded, bands, self.sound.budget.sample_rate)
-        samples[: len(joined)] = joined
-        return samples
-
-    def _rows_used(self, index: int) -> int:
-        """Return how many rows of the grid this listener can fill."""
-        if self.sound.waves is not None:
-            return len(self.grid)
-        rate = self.sound.budget.sample_rate
-        paths = [p.delay.max(initial=0.0) for p in self.sound.arrivals[index]]
-        last = int(max(paths, default=0.0) * rate) + 1
-        return min(max(last, self.rows), len(self.grid))
-
-    def _deposit_lattice(self, listener: Pose) -> None:
-        from rooms.kernels import deposit
-
-        lattice, ends = self.sound.lattice, (self.sound.emitter, listener)
-        if lattice is None or self.rows < 2:
-            return
-        grid = self.grid[: self.rows]
-        images: list[Any] = [
-            axis.offsets(*(float(pose.position[k]) for pose in ends))
-            for k, axis in enumerate(self.axes)
-        ]
-        images += [axis.gain[:, 0] if self._flat else axis.gain for axis in self.axes]
-        images += [axis.order for axis in self.axes]
-        images += [lattice.max_order, self.scale]
-        if self.ends is not None:
-            turned = zip(ends, self.ends, strict=True)
-            images += [(_turn(pose), rows) for pose, rows in turned]
-        images.append(grid[:, :, 0] if self._flat else grid)
-        if self.ends is not None:
-            deposit.deposit_lattice_patterns(*images)
-        elif self._flat:
-            deposit.deposit_lattice_flat(*images)
+        budget, scene = sound.budget, sound.scene
+        self.sound = sound
+        self.lanes = 1 if _is_flat(sound) else _FULL
+        self.bands = 1 if self.lanes == 1 else len(scene.bands)
+        self.scale = budget.sample_rate / scene.speed_of_sound
+        self.rows = 0
+        self.order = 0
+        empty = np.zeros(0, dtype=np.int64)
+        self.axes: Any = ((empty, np.zeros((0, self.lanes)), empty),) * 3
+        if sound.lattice is not None:
+            self._prepare(sound.lattice)
+        self.ends = self._ends()
+        self.paths = self._pack(sound.arrivals)
+        centers = tuple(map(float, scene.bands))
+        if self.lanes == 1:
+            bank = pulses.pulse_bank()[None].astype(np.float32)
+            banks = bank, np.array([[8, 0, pulses.TAPS]])
         else:
-            deposit.deposit_lattice_bands(*images)
+            banks = pulses.lane_banks(centers, budget.sample_rate)
+        self.shaping = (self._decay(), *banks)
 
-    @property
-    def _flat(self) -> bool:
-        return self.lanes == 1 and self.ends is None
+    def new_grid(self) -> FloatArray:
+        return np.zeros((self.sound.budget.n_samples + 1, 8, self.lanes))
 
-    def _deposit_arrivals(self, arrivals: Arrivals, listener: Pose) -> None:
-        gain = arrivals.gain
-        if self.sound.patterns is not None:
-            gain = gain * self._weight(listener, arrivals.departure, arrivals.arrival)
-        self._deposit(arrivals.delay, gain)
+    def _prepare(self, lattice: Lattice) -> None:
+        limit = lattice.until * self.sound.budget.sample_rate
+        far = lattice.farthest * self.scale
+        rows = int(np.ceil(min(limit, far))) + 1
+        self.rows = min(rows, self.sound.budget.n_samples + 1)
+        self.order = lattice.max_order
+        reach = self.rows / self.scale
+        self.axes = tuple(_axis(lattice, k, reach, self.lanes) for k in range(3))
 
-    def _deposit(self, delay: FloatArray, gain: FloatArray) -> None:
-        from rooms.kernels import deposit
+    def _ends(self) -> Any:
+        """Return the turns and coefficients of both gain patterns."""
+        count = len(self.sound.listeners)
+        if self.sound.patterns is None:
+            none = np.zeros((self.lanes, 1))
+            return np.eye(3), none, np.zeros((count, 3, 3)), none
+        emitting, listening = (
+            np.ascontiguousarray(_lanes(pattern.T, self.lanes).T)
+            for pattern in (
+                pattern.at_bands(self.sound.scene.bands).coefficients
+                for pattern in self.sound.patterns
+            )
+        )
+        turns = np.stack([_turn(q) for q in self.sound.listeners.orientations])
+        return _turn(self.sound.emitter.orientation), emitting, turns, listening
 
+    def _decay(self) -> FloatArray:
+        rows = self.sound.budget.n_samples + 1
+        if self.sound.air_loss is None:
+            return np.ones((rows, self.lanes))
+        way = np.arange(rows) / self.scale
+        return np.exp(-_lanes(self.sound.air_loss, self.lanes) / 2 * way[:, None])
+
+    def _pack(
+        self, arrivals: list[Arrivals]
+    ) -> tuple[IntArray, FloatArray, FloatArray]:
+        """Return starts, delays [samples] and gains, listener by listener."""
+        count = len(self.sound.listeners)
+        if not arrivals:
+            return np.zeros(count + 1, int), np.zeros(0), np.zeros((0, self.lanes))
+        listener = np.concatenate([a.listener for a in arrivals])
+        delay = np.concatenate([a.delay for a in arrivals])
+        gain = np.concatenate([self._weighed(a) for a in arrivals])
+        order = np.argsort(listener, kind="stable")
+        starts = np.searchsorted(listener[order], np.arange(count + 1))
         rate = self.sound.budget.sample_rate
-        deposit.deposit_paths(delay * rate, _lanes(gain, self.lanes), self.grid)
+        return starts, delay[order] * rate, _lanes(gain[order], self.lanes)
+
+    def _weighed(self, arrivals: Arrivals) -> FloatArray:
+        if self.sound.patterns is None:
+            return arrivals.gain
+        turns = self.sound.listeners.orientations[arrivals.listener]
+        return arrivals.gain * self._weight(turns, arrivals.departure, arrivals.arrival)
 
     def _weight(
-        self, listener: Pose, departure: FloatArray, arrival: FloatArray
+        self, orientation: FloatArray, departure: FloatArray, arrival: FloatArray
     ) -> FloatArray:
+        """Return the gain of both ends for directions in the room frame."""
         emitting, listening = self.sound.patterns or (GainPattern.omni(),) * 2
         bands = self.sound.scene.bands
+        local = rotate(orientation * [-1, -1, -1, 1], arrival)
         leave = emitting.at_bands(bands).gain(self.sound.emitter.to_local(departure))
-        reach = listening.at_bands(bands).gain(listener.to_local(arrival))
-        return leave * reach
+        return leave * listening.at_bands(bands).gain(local)
 
-    def _deposit_waves(self, waves: Waves, listener: Pose) -> None:
-        c = self.sound.scene.speed_of_sound
-        emitter_at = (self.sound.emitter.position - waves.center) / c
+    def responses(self, part: range, grid: FloatArray) -> FloatArray:
+        """Return the responses of some listeners, shape (listeners, n_samples)."""
+        from rooms.kernels import pulses, responses
+
+        sound, n = self.sound, self.sound.budget.n_samples
+        starts, delays, gains = self.paths
+        some = starts[part.start : part.stop + 1]
+        delays, gains = delays[some[0] : some[-1]], gains[some[0] : some[-1]]
+        starts = some - some[0]
+        if sound.waves is not None:
+            wave_delays, wave_gains = self._waves(sound.waves, part.start)
+            delays = np.concatenate([delays, wave_delays])
+            gains = np.concatenate([gains, wave_gains])
+            starts = np.array([0, len(delays)])
+        size = sound.lattice.size if sound.lattice is not None else np.zeros(3)
+        listeners = sound.listeners.positions[part.start : part.stop]
+        limits = self.order, self.scale, self.rows, sound.patterns is not None
+        ends = (*self.ends[:2], self.ends[2][part.start : part.stop], self.ends[3])
+        shape = (len(part), self.bands, n + 1 + pulses.TAPS)
+        out = np.zeros(shape, dtype=np.float32)
+        responses.fill_and_shape(
+            sound.emitter.position, listeners, size, self.axes, limits, ends,
+            starts, delays, gains, grid, self.shaping, out,
+        )  # fmt: skip
+        out = out[:, :, pulses.LEAD : pulses.LEAD + n].astype(np.float64)
+        if self.lanes == 1:
+            return out[:, 0]
+        rate, bands = sound.budget.sample_rate, sound.scene.bands
+        return np.stack([join_bands(signals, bands, rate) for signals in out])
+
+    def _waves(self, waves: Waves, index: int) -> tuple[FloatArray, FloatArray]:
+        """Return delays [samples] and gains of all waves and twins at a listener."""
+        sound, c = self.sound, self.sound.scene.speed_of_sound
+        listener = sound.listeners[index]
+        emitter_at = (sound.emitter.position - waves.center) / c
         listener_at = (listener.position - waves.center) / c
-        first = self.sound.emitter.distance(listener) / c
+        first = sound.emitter.distance(listener) / c
+        parts = []
         for leave, reach in ((waves.one, waves.other), (waves.other, waves.one)):
             delay = waves.time - (leave @ emitter_at + reach @ listener_at)
-            step = np.clip(
-                (delay / waves.step).astype(int), 0, len(waves.amplitude) - 1
-            )
+            last = len(waves.amplitude) - 1
+            step = np.clip((delay / waves.step).astype(int), 0, last)
             gain = waves.amplitude[step] * waves.sign[:, None]
             gain[delay < first] = 0.0
-            if self.sound.patterns is not None:
-                gain *= self._weight(listener, leave, reach)
-            self._deposit(delay, gain)
+            if sound.patterns is not None:
+                gain *= self._weight(listener.orientation, leave, reach)
+            parts.append((delay * sound.budget.sample_rate, _lanes(gain, self.lanes)))
+        delays, gains = zip(*parts, strict=True)
+        return np.concatenate(delays), np.concatenate(gains)
 
 
-def _turn(pose: Pose) -> FloatArray:
+def _turn(orientation: FloatArray) -> FloatArray:
     """Return the matrix that takes room directions into the device frame."""
-    return np.ascontiguousarray(pose.to_local(np.eye(3)).T)
+    return np.ascontiguousarray(rotate(orientation * [-1, -1, -1, 1], np.eye(3)).T)

@@ -20,20 +20,22 @@ def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Verdict:
 
 def apply(scene: Scene, sound: Sound) -> None:
     """Add one arrival per listener."""
-    bands = len(scene.bands)
-    for index, listener in enumerate(sound.listeners):
-        way = listener.position - sound.emitter.position
-        distance = float(np.linalg.norm(way))
-        facing = way / distance if distance > 0 else sound.emitter.forward
-        sound.arrivals[index].append(
-            Arrivals(
-                np.array([distance / scene.speed_of_sound]),
-                np.full((1, bands), 1 / max(distance, NEAREST)),
-                facing[None],
-                -facing[None],
-                np.zeros(1, dtype=np.int64),
-            )
+    way = sound.listeners.positions - sound.emitter.position
+    distance = np.linalg.norm(way, axis=1)
+    apart = distance > 0
+    facing = np.where(apart[:, None], way, sound.emitter.forward)
+    facing = facing / np.where(apart, distance, 1.0)[:, None]
+    gain = 1 / np.maximum(distance, NEAREST)
+    sound.arrivals.append(
+        Arrivals(
+            listener=np.arange(len(distance)),
+            delay=distance / scene.speed_of_sound,
+            gain=np.repeat(gain[:, None], len(scene.bands), axis=1),
+            departure=facing,
+            arrival=-facing,
+            order=np.zeros(len(distance), dtype=np.int64),
         )
+    )
 
 
 DIRECT = Effect("direct", "the straight way", needed, apply)

@@ -45,6 +45,8 @@ def deposit_lattice_flat(dx, dy, dz, gx, gy, gz, ox, oy, oz, order, scale, grid)
     """
     last = grid.shape[0] - 1.0
     reach = last / scale
+    mid = len(dz) // 2
+    pitch = max((dz[-1] - dz[0]) / max(1, len(dz) - 1), 1e-9)
     for i in range(len(dx)):
         for j in range(len(dy)):
             rest = order - ox[i] - oy[j]
@@ -53,9 +55,10 @@ def deposit_lattice_flat(dx, dy, dz, gx, gy, gz, ox, oy, oz, order, scale, grid)
             if rest < 0 or room <= 0.0:
                 continue
             gain = gx[i] * gy[j]
-            for k in range(len(dz)):
+            span = min(mid, rest, int(sqrt(room) / pitch) + 2)
+            for k in range(mid - span, mid + span + 1):
                 square = dz[k] * dz[k]
-                if square >= room or oz[k] > rest:
+                if square >= room:
                     continue
                 if ox[i] + oy[j] + oz[k] == 0:
                     continue
@@ -82,6 +85,8 @@ def deposit_lattice_bands(dx, dy, dz, gx, gy, gz, ox, oy, oz, order, scale, grid
     """Add every shoebox image, eight bands at once; see `deposit_lattice_flat`."""
     reach = (grid.shape[0] - 1.0) / scale
     gain = np.empty(LANES)
+    mid = len(dz) // 2
+    pitch = max((dz[-1] - dz[0]) / max(1, len(dz) - 1), 1e-9)
     for i in range(len(dx)):
         for j in range(len(dy)):
             rest = order - ox[i] - oy[j]
@@ -91,9 +96,10 @@ def deposit_lattice_bands(dx, dy, dz, gx, gy, gz, ox, oy, oz, order, scale, grid
                 continue
             for lane in range(LANES):
                 gain[lane] = gx[i, lane] * gy[j, lane]
-            for k in range(len(dz)):
+            span = min(mid, rest, int(sqrt(room) / pitch) + 2)
+            for k in range(mid - span, mid + span + 1):
                 square = dz[k] * dz[k]
-                if square >= room or oz[k] > rest:
+                if square >= room:
                     continue
                 if ox[i] + oy[j] + oz[k] == 0:
                     continue
@@ -128,6 +134,8 @@ def deposit_lattice_patterns(
     reach = (grid.shape[0] - 1.0) / scale
     lanes = grid.shape[2]
     leave, reach_in = np.empty(lanes), np.empty(lanes)
+    mid = len(dz) // 2
+    pitch = max((dz[-1] - dz[0]) / max(1, len(dz) - 1), 1e-9)
     for i in range(len(dx)):
         for j in range(len(dy)):
             rest = order - ox[i] - oy[j]
@@ -135,9 +143,10 @@ def deposit_lattice_patterns(
             room = reach * reach - across
             if rest < 0 or room <= 0.0:
                 continue
-            for k in range(len(dz)):
+            span = min(mid, rest, int(sqrt(room) / pitch) + 2)
+            for k in range(mid - span, mid + span + 1):
                 square = dz[k] * dz[k]
-                if square >= room or oz[k] > rest:
+                if square >= room:
                     continue
                 if ox[i] + oy[j] + oz[k] == 0:
                     continue

@@ -7,35 +7,87 @@ from numba import njit
 
 from rooms.kernels.deposit import MOMENTS
 
-HALF_TAPS = 18
+TAPS = 36
+LEAD = TAPS // 2 - 1
+"""Samples that the longest pulse begins before its row."""
+
 _BETA = 11.0
-_BLOCK = 256
+_BLOCK = 512
+_NARROW, _MEDIUM = 0.13, 0.5
 
 
 @lru_cache(maxsize=1)
 def pulse_bank():
-    """Return the filter bank, shape (moments, taps).
-
-    Tap k of a row belongs to sample row + k + 1 - taps / 2.
+    """Return the filter bank of a pulse that keeps all frequencies.
 
     Each tap of a Kaiser-windowed sinc is a smooth function of the fraction; the
-    bank holds its best polynomial in x = 2f - 1 (interpolation at Chebyshev
-    nodes). Up to 0.8 of the Nyquist frequency a pulse differs from an exactly
-    delayed one by less than -100 dB.
+    bank, shape (moments, taps), holds its best polynomial in x = 2f - 1
+    (interpolation at Chebyshev nodes). Up to 0.8 of the Nyquist frequency a pulse
+    differs from an exactly delayed one by less than -100 dB.
     """
     nodes = np.cos(np.pi * (np.arange(64) + 0.5) / 64)
-    fraction = (nodes + 1) / 2
-    taps = np.arange(1 - HALF_TAPS, HALF_TAPS + 1)
-    offset = taps[:, None] - fraction
-    inside = np.clip(1 - (offset / HALF_TAPS) ** 2, 0, None)
+    offset = np.arange(-LEAD, TAPS - LEAD)[:, None] - (nodes + 1) / 2
+    inside = np.clip(1 - (2 * offset / TAPS) ** 2, 0, None)
     pulse = np.sinc(offset) * np.i0(_BETA * np.sqrt(inside)) / np.i0(_BETA)
     chebyshev = np.polynomial.chebyshev.chebfit(nodes, pulse.T, MOMENTS - 1)
-    return np.ascontiguousarray(
-        np.array([np.polynomial.chebyshev.cheb2poly(c) for c in chebyshev.T]).T
-    )
+    powers = [np.polynomial.chebyshev.cheb2poly(column) for column in chebyshev.T]
+    return np.ascontiguousarray(np.array(powers).T)
 
 
-@njit(cache=True, nogil=True, fastmath=True, inline="always")
+def band_bank(share: float, taps: int, moments: int):
+    """Return a short bank that is exact up to a share of the Nyquist frequency only.
+
+    Low octaves need few taps and moments: what a bank does above the octave is
+    removed by the octave's filter. Least squares over frequency and fraction.
+    """
+    omega = np.pi * share * (np.arange(48) + 0.5) / 48
+    x = np.cos(np.pi * (np.arange(24) + 0.5) / 24)
+    tap = np.arange(taps) - (taps // 2 - 1)
+    waves = np.exp(-1j * omega[:, None] * tap)
+    powers = x[:, None] ** np.arange(moments)
+    design = np.einsum("wt,xm->wxmt", waves, powers).reshape(-1, moments * taps)
+    goal = np.exp(-1j * omega[:, None] * (x + 1) / 2).reshape(-1)
+    stacked = np.concatenate([np.real(design), np.imag(design)])
+    target = np.concatenate([np.real(goal), np.imag(goal)])
+    # the small ridge keeps the gain above the octave bounded
+    ridge = 1e-6 * np.eye(moments * taps)
+    rows, right = np.vstack([stacked, ridge]), np.pad(target, (0, moments * taps))
+    bank = np.linalg.lstsq(rows, right, rcond=None)[0].reshape(moments, taps)
+    return np.ascontiguousarray(bank)
+
+
+@lru_cache(maxsize=16)
+def lane_banks(centers: tuple[float, ...], sample_rate: int):
+    """Return one bank per band, padded to (lanes, moments, TAPS), and their sizes.
+
+    Returns
+    -------
+    banks : ndarray, shape (lanes, MOMENTS, TAPS)
+        Taps aligned so that tap LEAD belongs to the row itself.
+    sizes : ndarray, shape (lanes, 3)
+        Moments, first tap, one past the last tap of each band.
+    """
+    banks = np.zeros((len(centers), MOMENTS, TAPS), dtype=np.float32)
+    sizes = np.empty((len(centers), 3), dtype=np.int64)
+    full, short = pulse_bank(), {}
+    for lane, center in enumerate(centers):
+        share = 2 * center / (sample_rate / 2)
+        last = lane == len(centers) - 1
+        kind = (4, 8) if share < _NARROW else (8, 14) if share < _MEDIUM else None
+        if last or kind is None:
+            banks[lane], sizes[lane] = full, (MOMENTS, 0, TAPS)
+            continue
+        moments, taps = kind
+        if kind not in short:
+            limit = _NARROW if moments == 4 else _MEDIUM
+            short[kind] = band_bank(limit, taps, moments)
+        first = LEAD - (taps // 2 - 1)
+        banks[lane, :moments, first : first + taps] = short[kind]
+        sizes[lane] = moments, first, first + taps
+    return banks, sizes
+
+
+@njit(cache=True, nogil=True, fastmath=True)
 def _add_four(out, work, bank, first, tap, width):
     """Add four moments of a block to samples; four streams still vectorise."""
     a, b, c, d = work[first], work[first + 1], work[first + 2], work[first + 3]
@@ -46,8 +98,8 @@ def _add_four(out, work, bank, first, tap, width):
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def shape_pulses(grid, decay, bank, out):
-    """Add the pulses of a grid (rows, 8, lanes) to interleaved samples.
+def shape_pulses(grid, decay, banks, sizes, out):
+    """Add the pulses of a grid (rows, 8, lanes) to samples (lanes, n).
 
     Parameters
     ----------
@@ -55,27 +107,34 @@ def shape_pulses(grid, decay, bank, out):
         Moments of the arrivals.
     decay : ndarray, shape (rows, lanes)
         What the air leaves of an arrival at that row.
-    bank : ndarray, shape (8, taps)
-        See `pulse_bank`.
-    out : ndarray, shape ((rows + taps) lanes,)
-        Samples, starting taps / 2 - 1 samples before row 0.
+    banks, sizes : ndarray
+        See `lane_banks`.
+    out : ndarray of float32, shape (lanes, at least rows + TAPS)
+        Samples, starting LEAD samples before row 0.
+
+    Notes
+    -----
+    Arrivals are gathered in double precision; only this last sum over a few
+    hundred products is in single precision, which is exact to -130 dB of the
+    sound around each sample and more than twice as fast.
     """
-    rows, moments, lanes = grid.shape
-    block = max(1, _BLOCK // lanes)
-    work = np.empty((MOMENTS, block * lanes))
-    for start in range(0, rows, block):
-        count = min(block, rows - start)
-        loudest = 0.0
-        for row in range(count):
-            for moment in range(moments):
-                for lane in range(lanes):
-                    value = grid[start + row, moment, lane] * decay[start + row, lane]
-                    work[moment, row * lanes + lane] = value
-                    loudest = max(loudest, abs(value))
-        if loudest == 0.0:
-            continue
-        width = count * lanes
-        for tap in range(bank.shape[1]):
-            begin = (start + tap) * lanes
-            _add_four(out[begin : begin + width], work, bank, 0, tap, width)
-            _add_four(out[begin : begin + width], work, bank, 4, tap, width)
+    rows = grid.shape[0]
+    work = np.empty((MOMENTS, _BLOCK), np.float32)
+    for lane in range(out.shape[0]):
+        moments, low, high = sizes[lane]
+        for start in range(0, rows, _BLOCK):
+            count = min(_BLOCK, rows - start)
+            loudest = np.float32(0.0)
+            for row in range(count):
+                left = decay[start + row, lane]
+                for moment in range(moments):
+                    value = grid[start + row, moment, lane] * left
+                    work[moment, row] = np.float32(value)
+                loudest = max(loudest, abs(work[0, row]))
+            if loudest == 0.0:
+                continue
+            for tap in range(low, high):
+                samples = out[lane, start + tap : start + tap + count]
+                _add_four(samples, work, banks[lane], 0, tap, count)
+                if moments > 4:
+                    _add_four(samples, work, banks[lane], 4, tap, count)
