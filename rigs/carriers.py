@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from rigs.coordination import Coordination, Step
-from rigs.distance import segment_point_distance
+from rigs.coordination import Coordination, Step, sampled
+from rigs.faults import UnknownPositionError
 from rigs.order import Visits, visiting_order
 from rigs.rig import Rig
-from rir.errors import OutOfReachError
+from rir.errors import OutOfReachError, RigError
 from rir.pose import Pose
 
 SEED = 20240117
@@ -155,6 +155,7 @@ class Carriers:
         self.check(emitter, listener)
         goal = emitter, listener
         here = self.where()
+        self._check_known()
         try:
             if here[0] is None or here[1] is None:
                 return self.emitter.move(emitter), self.listener.move(listener)
@@ -167,35 +168,71 @@ class Carriers:
             self.stop()
             raise
 
+    def _check_known(self) -> None:
+        lost = [f"{r.name}: {r.trouble()}" for r in self.rigs if r.trouble()]
+        if lost:
+            raise UnknownPositionError(
+                f"nothing moves while a position is not known ({'; '.join(lost)}); "
+                "home first"
+            )
+
     def home(self) -> None:
         """Find the reference of every carrier whose position is not known.
 
-        The other one is first sent out of the way of the homing cycle.
+        A carrier that knows where it is is first sent out of the way of the other's
+        homing cycle. Before the very first homing nothing is known about either:
+        watch it.
+
+        Raises
+        ------
+        RigError
+            If homing fails, or the two could meet in it.
         """
-        unknown = [k for k, pose in enumerate(self.where()) if pose is None]
-        for k in unknown:
-            self._clear_the_way(k)
+        unknown = [k for k in (0, 1) if self._unknown(k)]
+        while unknown:
+            k = next((k for k in unknown if self._may_home(k, unknown)), None)
+            if k is None:
+                names = " and ".join(rig.name for rig in self.rigs)
+                raise RigError(
+                    f"neither {names} knows where it is, and their homing could make "
+                    "them meet; jog or push one out of the other's way, then home it "
+                    "alone"
+                )
+            if 1 - k not in unknown:
+                self._clear_the_way(k)
             self.rigs[k].home()
+            unknown.remove(k)
+
+    def _unknown(self, k: int) -> bool:
+        """Tell whether a carrier is lost; a disturbed line gets a second chance."""
+        return self.rigs[k].where() is None and self.rigs[k].where() is None
+
+    def _may_home(self, homing: int, unknown: list[int]) -> bool:
+        """Tell whether homing cannot meet the other one, which is lost as well."""
+        rules, other = self.coordination(), 1 - homing
+        sweep = self.rigs[homing].homing_sweep()
+        if rules is None or other not in unknown or self.separation <= 0.0:
+            return True
+        spots = sampled(self.rigs[other].whereabouts())
+        if not len(sweep) or not len(spots):
+            return True
+        return bool(rules.sweep_gap(sweep, spots).min() >= self.separation)
 
     def _clear_the_way(self, homing: int) -> None:
         """Move the other carrier away from where a homing cycle may pass."""
-        other = self.rigs[1 - homing]
+        other, rules = self.rigs[1 - homing], self.coordination()
         sweep = self.rigs[homing].homing_sweep()
-        here, rules = other.where(), self.coordination()
-        if here is None or rules is None or not len(sweep) or self.separation <= 0:
+        if rules is None or not len(sweep) or self.separation <= 0.0:
             return
-        level = np.array([1.0, 1.0, 0.0 if rules.flat else 1.0])
-        if np.min(_gaps(sweep * level, here.position[None] * level)) >= self.separation:
+        here = other.where()
+        if here is None:
+            raise RigError(f"{other.name} has become unknown: {other.trouble()}; home")
+        if rules.sweep_gap(sweep, here.position[None])[0] >= self.separation:
             return
-        for refuge in _refuges(rules, 1 - homing, sweep, self.separation):
-            way = np.array([here.position, refuge])
-            if rules.envelopes[1 - homing].path_gap(way) > 0.0:
-                other.move(Pose(refuge, here.orientation))
-                return
-        raise OutOfReachError(
-            f"{other.name} stands where homing may pass and no refuge was found; move "
-            "it away by hand or jog it"
-        )
+        lost = self.rigs[homing].whereabouts()
+        way = rules.escape(1 - homing, here.position, sweep, lost)
+        poses = [Pose(point, here.orientation) for point in way[1:]]
+        other.move(poses[-1], via=poses[:-1])
 
     # -- the rest ---------------------------------------------------------------------
 
@@ -247,17 +284,3 @@ def _posed(
         if start[carrier] != goal[carrier]:
             posed.append((carrier, [goal[carrier]]))
     return posed
-
-
-def _gaps(sweep: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return the distance of points (N, 3) to the nearest of some ways, m."""
-    gaps = segment_point_distance(sweep[None, :, 0], sweep[None, :, 1], points[:, None])
-    return gaps.min(axis=1)
-
-
-def _refuges(
-    rules: Coordination, carrier: int, sweep: np.ndarray, separation: float
-) -> np.ndarray:
-    grid = rules.envelopes[carrier].grid(7)
-    level = np.array([1.0, 1.0, 0.0 if rules.flat else 1.0])
-    return grid[_gaps(sweep * level, grid * level) > 1.2 * separation]

@@ -54,10 +54,14 @@ class Coordination:
 
     def roadmap(self, carrier: int, other: np.ndarray | None) -> Roadmap:
         """Return the free space of one carrier while the other stands somewhere."""
-        balls = [(np.asarray(other), self.separation)] if other is not None else []
-        if self.separation <= 0.0:
-            balls = []
-        return Roadmap(self.envelopes[carrier], balls, flat=self.flat)
+        others = None
+        if other is not None and self.separation > 0.0:
+            others = np.tile(np.asarray(other), (1, 2, 1))
+        return self._space(carrier, others)
+
+    def _space(self, carrier: int, others: np.ndarray | None) -> Roadmap:
+        envelope = self.envelopes[carrier]
+        return Roadmap(envelope, others, separation=self.separation, flat=self.flat)
 
     def plan(
         self,
@@ -84,6 +88,48 @@ class Coordination:
                 "m; choose other poses, or more room around them"
             )
         return min(plans, key=lambda steps: sum(step.length for step in steps))
+
+    def sweep_gap(self, sweep: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """Return the distance that counts of points (N, 3) to some boxes, m."""
+        level = np.array([1.0, 1.0, 0.0 if self.flat else 1.0])
+        low, high = sweep[:, 0] * level, sweep[:, 1] * level
+        spots = (points * level)[:, None]
+        outside = np.maximum(np.maximum(low - spots, spots - high), 0.0)
+        return np.linalg.norm(outside, axis=-1).min(axis=1)
+
+    def escape(
+        self, carrier: int, here: np.ndarray, sweep: np.ndarray, lost: np.ndarray
+    ) -> list[np.ndarray]:
+        """Return a way for one carrier out of the sweep of the other's homing.
+
+        Parameters
+        ----------
+        carrier
+            Which one gets out of the way.
+        here
+            Where it is.
+        sweep
+            Boxes the other's homing may pass through.
+        lost
+            Straight ways the other may be on now, shape (K, 2, 3), m.
+
+        Raises
+        ------
+        OutOfReachError
+            If there is none.
+        """
+        space = self._space(carrier, lost)
+        grid = self.envelopes[carrier].grid(9)
+        grid = grid[self.sweep_gap(sweep, grid) > 1.02 * self.separation]
+        for refuge in grid[np.argsort(np.linalg.norm(grid - here, axis=1))]:
+            try:
+                return space.way(here, refuge)
+            except OutOfReachError:
+                continue
+        raise OutOfReachError(
+            "a carrier stands where the other one's homing may pass and finds no way "
+            "out; move it away by hand or jog it, then home again"
+        )
 
     def _direct(
         self,
@@ -147,3 +193,12 @@ class Coordination:
         detour = np.linalg.norm(grid - start[carrier], axis=1)
         detour = detour + np.linalg.norm(grid - goal[carrier], axis=1)
         return grid[np.argsort(detour)[:REFUGES]]
+
+
+def sampled(ways: np.ndarray) -> np.ndarray:
+    """Return points along straight ways (K, 2, 3), 2 cm apart, shape (N, 3), m."""
+    points = [np.zeros((0, 3))]
+    for start, end in ways:
+        count = 2 + int(np.linalg.norm(end - start) / 0.02)
+        points.append(np.linspace(start, end, count))
+    return np.concatenate(points)

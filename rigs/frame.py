@@ -1,6 +1,7 @@
 """The machine's own frame and the room's: calibration by touching surveyed points."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -32,6 +33,11 @@ class Frame:
     origin: np.ndarray = field(default_factory=lambda: np.zeros(3))
     orientation: np.ndarray = field(default_factory=lambda: np.array([0.0, 0, 0, 1]))
 
+    @cached_property
+    def _turn(self) -> np.ndarray:
+        """Rows are the machine's axes in the room, shape (3, 3)."""
+        return rotate(self.orientation, np.eye(3))
+
     @staticmethod
     def at(origin: ArrayLike, yaw_deg: float = 0.0) -> "Frame":
         """Return a frame from its origin in m and its turn about z in degrees."""
@@ -49,12 +55,11 @@ class Frame:
 
     def to_room(self, machine: np.ndarray) -> np.ndarray:
         """Return room metres of machine millimetres, shape (..., 3)."""
-        return self.origin + rotate(self.orientation, np.asarray(machine) * MM)
+        return self.origin + np.asarray(machine) @ self._turn * MM
 
     def to_machine(self, room: np.ndarray) -> np.ndarray:
         """Return machine millimetres of room metres, shape (..., 3)."""
-        back = self.orientation * [-1, -1, -1, 1]
-        return rotate(back, np.asarray(room) - self.origin) / MM
+        return (np.asarray(room) - self.origin) @ self._turn.T / MM
 
 
 @dataclass(frozen=True, eq=False)

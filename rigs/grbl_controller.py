@@ -63,6 +63,7 @@ class GrblController:
         self.state = "Disconnected"
         self._at: np.ndarray | None = None
         self._why = NEVER_HOMED
+        self._snag = ""
 
     # -- what is known ----------------------------------------------------------------
 
@@ -73,8 +74,8 @@ class GrblController:
 
     @property
     def why(self) -> str:
-        """Why the position is not known."""
-        return "" if self.known else self._why
+        """Why the position is not known, or what keeps it from moving."""
+        return self._snag if self.known else self._why
 
     def _lose(self, why: object) -> None:
         self._at = None
@@ -517,9 +518,11 @@ class GrblController:
 
     def position(self) -> np.ndarray | None:
         """Ask the board where it is; None while that is not known."""
+        self._snag = ""
         try:
             return self.verify()
-        except RigError:
+        except RigError as error:
+            self._snag = str(error)
             return None
 
     def quieten(self) -> None:

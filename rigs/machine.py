@@ -260,7 +260,7 @@ class MachineRig:
         """Return why the position is not known, nothing if it is."""
         if not self._connected:
             return "it is not connected"
-        return "; ".join(c.why for c in self.controllers if not c.known)
+        return "; ".join(c.why for c in self.controllers if c.why)
 
     # -- the rest of a rig ------------------------------------------------------------
 
@@ -273,6 +273,8 @@ class MachineRig:
         except LineError:
             self._reconnect()
             self._home_all()
+        here = self.where()
+        self._way = None if here is None else [here.position, here.position]
         self._report()
 
     def _home_all(self) -> None:
@@ -289,26 +291,29 @@ class MachineRig:
                 self.around.clock.sleep(wait)
         self.connect()
 
-    def homing_sweep(self) -> np.ndarray:
-        """Return the ways homing may take: up from any place it may be at, then over.
+    def whereabouts(self) -> np.ndarray:
+        """Return the straight pieces of its last way: it must be on one of them."""
+        pieces = [] if self._way is None else list(pairwise(self._way))
+        return np.array(pieces).reshape(-1, 2, 3)
 
-        A machine never homed since it was connected may be anywhere, and no ways
-        are returned.
+    def homing_sweep(self) -> np.ndarray:
+        """Return boxes that hold any way homing may take.
+
+        Homing goes up first, then over in both level axes at once, in an order that
+        depends on the board. A machine never moved since it was connected may be
+        anywhere, and no boxes are returned.
         """
-        if self._way is None or not self._connected:
+        if not self._connected:
             return np.zeros((0, 2, 3))
         ends = {axis: self.mount.fixed.get(axis, 0.0) for axis in AXES}
         for controller in self.controllers:
             top = (float(value) for value in controller.limits()[1])
             ends |= dict(zip(controller.axes, top, strict=True))
         corner = self.mount.frame.to_room(np.array([ends[a] for a in "xyz"]))
-        sweep = []
-        for start, end in pairwise(self._way):
-            for share in np.linspace(0.0, 1.0, 9):
-                here = start + share * (end - start)
-                up = np.array([here[0], here[1], corner[2]])
-                sweep += [(here, up), (up, corner)]
-        return np.array(sweep)
+        places = self.whereabouts()
+        low = np.minimum(places.min(axis=1), corner)
+        high = np.maximum(places.max(axis=1), corner)
+        return np.stack([low, high], axis=1)
 
     def where(self) -> Pose | None:
         """Ask the machine where it is; None while that is not known."""

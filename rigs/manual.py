@@ -99,8 +99,17 @@ class ManualRig:
         """Do nothing: a person has no reference switch."""
 
     def homing_sweep(self) -> np.ndarray:
-        """Return no ways: homing moves nothing."""
+        """Return no boxes: homing moves nothing."""
         return np.zeros((0, 2, 3))
+
+    def whereabouts(self) -> np.ndarray:
+        """Return the place it is at, if there is one."""
+        places = [] if self._pose is None else [[self._pose.position] * 2]
+        return np.array(places).reshape(-1, 2, 3)
+
+    def trouble(self) -> str:
+        """Return nothing: it can always move."""
+        return ""
 
     def where(self) -> Pose | None:
         """Return the pose last confirmed by the person, None if there is none."""

@@ -1,11 +1,9 @@
 """Ways around keep-out boxes: straight if clear, else along corners of the boxes."""
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rigs.distance import segment_box_distance, segment_point_distance
+from rigs.distance import segment_box_distance, segment_segment_distance
 from rigs.envelope import Envelope
 from rir.errors import OutOfReachError
 
@@ -20,10 +18,12 @@ class Roadmap:
     ----------
     envelope
         Reach, keep-outs and clearance.
-    balls
-        Balls to avoid, as centre (3,) and radius in m; the other carrier.
+    others
+        Straight ways the other carrier may be on, shape (K, 2, 3), m.
+    separation
+        Distance to keep from them, m.
     flat
-        Whether the balls are upright columns without end.
+        Whether only level distance from them counts.
 
     Examples
     --------
@@ -38,12 +38,14 @@ class Roadmap:
     def __init__(
         self,
         envelope: Envelope,
-        balls: Sequence[tuple[np.ndarray, float]] = (),
+        others: np.ndarray | None = None,
         *,
+        separation: float = 0.0,
         flat: bool = False,
     ) -> None:
         self.envelope = envelope
-        self.balls = list(balls)
+        self.others = np.zeros((0, 2, 3)) if others is None else others
+        self.separation = separation
         self.flat = np.array([1.0, 1.0, 0.0 if flat else 1.0])
         boxes = [(b.low, b.high) for b in envelope.keep_outs]
         grown = envelope.clearance + 1e-9
@@ -54,21 +56,20 @@ class Roadmap:
 
     def _nodes(self) -> np.ndarray:
         choices = np.array(np.meshgrid(*[[0, 1]] * 3)).reshape(3, -1).T
-        low = np.vstack([self.low, *[c - r for c, r in self.balls]]) - MARGIN
-        high = np.vstack([self.high, *[c + r for c, r in self.balls]]) + MARGIN
+        around = self.separation + MARGIN
+        low = np.vstack([self.low - MARGIN, self.others.min(axis=1) - around])
+        high = np.vstack([self.high + MARGIN, self.others.max(axis=1) + around])
         corners = np.where(choices[None], high[:, None], low[:, None]).reshape(-1, 3)
         corners = np.clip(corners, self.envelope.low, self.envelope.high)
         corners = np.unique(corners.round(6), axis=0)
-        free = ~self.inside(corners) & self._clear_of_balls(corners, corners)
+        free = ~self.inside(corners) & self._clear_of_others(corners, corners)
         return corners[free]
 
-    def _clear_of_balls(self, starts: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    def _clear_of_others(self, starts: np.ndarray, ends: np.ndarray) -> np.ndarray:
         clear = np.ones(np.broadcast_shapes(starts.shape, ends.shape)[:-1], bool)
-        for centre, radius in self.balls:
-            gap = segment_point_distance(
-                starts * self.flat, ends * self.flat, centre * self.flat
-            )
-            clear &= gap >= radius
+        a, b = starts * self.flat, ends * self.flat
+        for c, d in self.others * self.flat:
+            clear &= segment_segment_distance(a, b, c, d) >= self.separation
         return clear
 
     def inside(self, points: np.ndarray) -> np.ndarray:
@@ -78,7 +79,7 @@ class Roadmap:
 
     def clear(self, starts: np.ndarray, ends: np.ndarray) -> np.ndarray:
         """Tell for straight ways, shape (..., 3), whether each is clear."""
-        free = self._clear_of_balls(starts, ends)
+        free = self._clear_of_others(starts, ends)
         if not len(self.low):
             return free
         start, way = starts[..., None, :], (ends - starts)[..., None, :]

@@ -50,11 +50,19 @@ class Rig(Protocol):
         ...
 
     def homing_sweep(self) -> np.ndarray:
-        """Return the straight ways homing may take from here, shape (N, 2, 3), m."""
+        """Return boxes that hold any way homing may take, shape (N, 2, 3), m."""
+        ...
+
+    def whereabouts(self) -> np.ndarray:
+        """Return the straight ways it may be on, shape (N, 2, 3), m."""
         ...
 
     def where(self) -> Pose | None:
         """Return the pose, asked of the rig itself; None while it is unknown."""
+        ...
+
+    def trouble(self) -> str:
+        """Return why the rig must be homed before it can move; nothing if it can."""
         ...
 
     def quiet(self) -> AbstractContextManager[None]:

@@ -29,11 +29,33 @@ def _seek(board: "GrblFirmware", cycles: list[list[int]]) -> None:
         board.schedule(seconds, lambda: _fail(board))
         return
     start = board.rest.copy()
-    speed = board.settings[25] / 60.0 * np.sqrt(len(axes))
-    board.glide = Glide(start, start + gaps, speed, 1e6, board.now)
-    board.schedule(
-        board.glide.end_time - board.now, lambda: _touched(board, gaps, cycles)
-    )
+    _run(board, start, gaps, gaps, cycles)
+
+
+def _run(
+    board: "GrblFirmware",
+    start: np.ndarray,
+    gaps: np.ndarray,
+    left: np.ndarray,
+    cycles: list[list[int]],
+) -> None:
+    """Run all axes at the same rate until the nearest switch, then the others on."""
+    going = left > 1e-9
+    if not np.any(going):
+        board.rest = start
+        _touched(board, gaps, cycles)
+        return
+    step = np.where(going, np.min(left[going]), 0.0)
+    speed = board.settings[25] / 60.0 * np.sqrt(np.sum(going))
+    glide = Glide(board.rest.copy(), board.rest + step, float(speed), 1e6, board.now)
+    board.glide = glide
+
+    def reached() -> None:
+        board.rest = glide.end.copy()
+        board.glide = None
+        _run(board, start, gaps, left - step, cycles)
+
+    board.schedule(glide.end_time - board.now, reached)
 
 
 def _touched(board: "GrblFirmware", gaps: np.ndarray, cycles: list[list[int]]) -> None:
