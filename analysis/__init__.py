@@ -9,13 +9,15 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from analysis.differences import paper_metrics
     from analysis.metrics import METRICS
+    from analysis.parameters import acoustic_parameters
 
 _HOME_OF = {
     "METRICS": "analysis.metrics",
+    "acoustic_parameters": "analysis.parameters",
     "paper_metrics": "analysis.differences",
 }
 
-__all__ = ["METRICS", "paper_metrics"]
+__all__ = ["METRICS", "acoustic_parameters", "paper_metrics"]
 
 
 def __getattr__(name: str) -> Any:

@@ -64,34 +64,35 @@ def fit_line(curve, steps, width, upper, lower, line):
     top = curve[0] * 10.0 ** (-0.1 * upper)
     bottom = curve[0] * 10.0 ** (-0.1 * lower)
     n = 0
-    sx, sy, sxx, sxy, syy = 0.0, 0.0, 0.0, 0.0, 0.0
-    last, first_level, jump, origin = 0.0, 0.0, 0.0, 0
-    # The point before the direct sound would weigh as much as a whole step.
-    for step in range(1 if width > 1 else 0, steps + 1):
+    sw, sx, sy, sxx, sxy, syy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    last, jump, covered, origin = 0.0, 0.0, 0.0, 0
+    for step in range(steps + 1):
         if curve[step] < bottom:
             break
         if curve[step] > top:
             continue
         y = 10.0 * np.log10(curve[step] / curve[0])
+        # The direct sound is one sample before the rest, not a whole step.
+        weight = 1.0 / width if step == 0 else 1.0
         if n == 0:
-            first_level, origin = y, step
-        else:
+            origin = step
+        elif step > 1:
             jump = max(jump, last - y)
+            covered += last - y
         x = float(step - origin)
-        n, sx, sy, sxx, sxy, syy = (
-            n + 1,
-            sx + x,
-            sy + y,
-            sxx + x * x,
-            sxy + x * y,
-            syy + y * y,
-        )
+        n += 1
+        sw += weight
+        sx += weight * x
+        sy += weight * y
+        sxx += weight * x * x
+        sxy += weight * x * y
+        syy += weight * y * y
         last = y
-    vx, vy, c = n * sxx - sx * sx, n * syy - sy * sy, n * sxy - sx * sy
+    vx, vy, c = sw * sxx - sx * sx, sw * syy - sy * sy, sw * sxy - sx * sy
     if n < 2 or vx <= 0.0 or vy <= 0.0:
         return 0
     line[0] = c / vx / width
     line[1] = c / np.sqrt(vx * vy)
-    line[2] = first_level - last
+    line[2] = covered
     line[3] = jump
     return n

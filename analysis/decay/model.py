@@ -8,13 +8,13 @@ scoring on the logarithms of the parameters, at most two decays and the noise.
 import numpy as np
 from numba import njit
 
-__all__ = ["block_means", "crossing", "fit_decay", "level_at", "tail_after"]
+__all__ = ["block_means", "crossing", "improve", "level_at", "tail_after"]
 
 FAST = {"reassoc", "contract", "nsz"}
 PARAMETERS = 5
 """ln N, ln A_1, ln b_1, ln A_2, ln b_2; absent parts are -inf."""
 NOTHING = -np.inf
-BLOCKS = 64
+BLOCKS = 96
 
 
 @njit(cache=True, fastmath=FAST)
@@ -161,7 +161,7 @@ def improve(theta, means, used, first, count, free):
         for i in range(len(free)):
             largest = max(largest, abs(step[i]))
         scale = min(1.0, 1.5 / largest) if largest > 0 else 1.0
-        moved = False
+        moved, value = False, best
         for _half in range(8):
             for i in range(len(free)):
                 trial[free[i]] = theta[free[i]] + scale * step[i]
@@ -176,6 +176,6 @@ def improve(theta, means, used, first, count, free):
             theta[free[i]] = trial[free[i]]
         gain = best - value
         best = value
-        if gain < 1e-9 * count:
+        if gain < 1e-8 * count:
             break
     return best

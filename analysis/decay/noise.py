@@ -9,6 +9,7 @@ from analysis.decay.model import (
     PARAMETERS,
     block_means,
     improve,
+    level_at,
     slopes_of_model,
 )
 
@@ -27,9 +28,9 @@ def steady_level(means, count):
 
 @njit(cache=True)
 def find_knee(means, count, noise):
-    """Return the first block from which four in a row lie below twice the noise."""
+    """Return the first block from which four in a row lie near the noise."""
     for k in range(1, count - 3):
-        if max(means[k : k + 4]) < 2.0 * noise:
+        if max(means[k : k + 4]) < 1.7 * noise:
             return k
     return count
 
@@ -46,14 +47,14 @@ def empty_blocks(means, count):
 
 @njit(cache=True)
 def zoom(energy, start, stop, count, means):
-    """Shrink the window to 1.7 times the knee; return (width, knee, noise)."""
+    """Shrink the window to 2.2 times the knee; return (width, knee, noise)."""
     end = stop
     width, knee, noise = 0, 0, 0.0
     for _ in range(8):
         width = block_means(energy, start, end, count, means)
         noise = steady_level(means, count)
         knee = find_knee(means, count, noise)
-        wanted = int((1.7 * (knee + 1) + 4) * width)
+        wanted = int((2.2 * (knee + 1) + 4) * width)
         if wanted > 0.85 * (end - start) or wanted < 2 * count:
             break
         end = start + wanted
@@ -109,18 +110,37 @@ def spread_of(ratio, used, first, count, width):
 
 
 @njit(cache=True)
+def is_patterned(ratio, first, count, width):
+    """Return whether neighbouring residuals agree, or scatter more than chance."""
+    products, squares = 0.0, 1e-30
+    for k in range(first, count - 1):
+        products += ratio[k] * ratio[k + 1]
+        squares += ratio[k] * ratio[k]
+    blocks = count - 1 - first
+    if squares < 1e-8 * blocks:
+        return False
+    excess = squares / blocks * 0.5 * width > 1.5
+    return products / squares > (0.5 if excess else 1.5) / np.sqrt(blocks)
+
+
+@njit(cache=True)
 def mark_events(ratio, used, first, count, spread):
-    """Take out blocks far above the model with their raised neighbours."""
+    """Take out up to three blocks in a row that lie far above the model."""
     found = 0
-    for k in range(first, count):
-        if used[k] and ratio[k] > max(6.0 * spread, 1.0):
-            used[k] = False
-            found += 1
-    for k in range(first, count):
-        near = (k > first and not used[k - 1]) or (k + 1 < count and not used[k + 1])
-        if used[k] and near and ratio[k] > max(4.0 * spread, 0.7):
-            used[k] = False
-            found += 1
+    k = first
+    while k < count:
+        if ratio[k] <= max(6.0 * spread, 1.0):
+            k += 1
+            continue
+        start, stop = k, k + 1
+        while start > first and ratio[start - 1] > max(4.0 * spread, 0.7):
+            start -= 1
+        while stop < count and ratio[stop] > max(4.0 * spread, 0.7):
+            stop += 1
+        if stop - start <= 3:
+            found += np.sum(used[start:stop])
+            used[start:stop] = False
+        k = stop
     return found
 
 
@@ -141,14 +161,16 @@ def mark_isolated(means, used, first, count):
 @njit(cache=True)
 def add_slope(theta, means, used, first, count, spread, best):
     """Add a second decay where it explains the blocks clearly better."""
-    free = np.arange(PARAMETERS)
+    silent = theta[0] == NOTHING
+    free = np.arange(1 if silent else 0, PARAMETERS)
+    floor = np.log(np.exp(theta[0]) + level_at(theta, count))
     kept = theta.copy()
     chosen = best
     for ratio in (2.5, 6.0):
         trial = theta.copy()
         trial[2] = theta[2] + 0.1
         trial[4] = theta[2] - np.log(ratio)
-        trial[3] = theta[0] + np.log(0.5) + np.exp(trial[4]) * 0.5 * count
+        trial[3] = floor + np.log(0.5) + np.exp(trial[4]) * 0.5 * count
         trial[0] = theta[0] + np.log(0.7)
         value = improve(trial, means, used, first, count, free)
         if trial[4] > trial[2]:
@@ -160,6 +182,20 @@ def add_slope(theta, means, used, first, count, spread, best):
             chosen = value
             kept[:] = trial
     theta[:] = kept
+
+
+@njit(cache=True)
+def drop_noise(theta, means, used, first, count, width, best):
+    """Leave the noise out where the blocks do not ask for it; return the deviance."""
+    if level_at(theta, count) < 0.2 * np.exp(theta[0]):
+        return best
+    trial = theta.copy()
+    trial[0] = NOTHING
+    value = improve(trial, means, used, first, count, np.arange(1, 3))
+    if value > best + 8.0 / width:
+        return best
+    theta[:] = trial
+    return value
 
 
 @njit(cache=True)
@@ -175,23 +211,35 @@ def fit_once(energy, start, stop, count, means, theta, used, ratio):
     knee = min(knee, count)
     first = first_block(means, knee, noise)
     used[:] = True
+    theta[0] = np.log(noise)
     if not guess(means, first, knee, noise, theta):
         return NO_DECAY, width, first, 0, count
     free = np.arange(3)
-    events = mark_isolated(means, used, first, count)
+    mark_isolated(means, used, first, count)
     best = improve(theta, means, used, first, count, free)
-    for _ in range(3):
+    best = drop_noise(theta, means, used, first, count, width, best)
+    if theta[0] == NOTHING:
+        free = np.arange(1, 3)
+    for attempt in range(4):
         residuals(theta, means, first, count, ratio)
         spread = spread_of(ratio, used, first, count, width)
+        if (
+            attempt == 1
+            and count - first >= 20
+            and is_patterned(ratio, first, count, width)
+        ):
+            add_slope(theta, means, used, first, count, spread, best)
+            residuals(theta, means, first, count, ratio)
+            used[first:count] = True
+            if theta[3] > NOTHING:
+                free = np.arange(free[0], PARAMETERS)
         found = mark_events(ratio, used, first, count, spread)
-        events += found
-        if found == 0 or events > MOST_EVENTS:
+        if attempt > 1 and found == 0:
             break
         best = improve(theta, means, used, first, count, free)
+    events = np.sum(~used[:count])
     if events > MOST_EVENTS and count > 16:
         return -1, width, first, events, count
-    if count - first >= 20:
-        add_slope(theta, means, used, first, count, spread, best)
     return FITTED, width, first, events, count
 
 

@@ -3,11 +3,17 @@
 import numpy as np
 from numba import njit
 
-from analysis.decay.curve import POINTS, energy_after, fill_curve, fit_line, moment
-from analysis.decay.model import BLOCKS, FAST, PARAMETERS, crossing, tail_after
-from analysis.decay.model import level_at
-from analysis.decay.noise import FITTED, TOO_SHORT, fit_decay
 from analysis.decay import words
+from analysis.decay.curve import POINTS, energy_after, fill_curve, fit_line, moment
+from analysis.decay.model import (
+    BLOCKS,
+    FAST,
+    PARAMETERS,
+    crossing,
+    level_at,
+    tail_after,
+)
+from analysis.decay.noise import FITTED, TOO_SHORT, fit_decay
 
 __all__ = ["analyse_batch"]
 
@@ -20,25 +26,52 @@ MARGIN = 3.0
 
 
 @njit(cache=True, fastmath=FAST)
-def scan(samples):
-    """Return the largest magnitude; NaN if any sample is not finite."""
-    peak, bad = 0.0, 0.0
+def is_finite(samples):
+    """Return whether every sample is finite."""
+    bad = 0.0
     for n in range(len(samples)):
-        peak = max(peak, abs(samples[n]))
         bad += samples[n] * 0.0
-    return peak if bad == 0.0 else np.nan
+    return bad == 0.0
+
+
+@njit(cache=True, fastmath=True)
+def extremes(samples):
+    """Return the smallest and the largest of finite samples."""
+    low, high = samples[0], samples[0]
+    for n in range(len(samples)):
+        low = min(low, samples[n])
+        high = max(high, samples[n])
+    return low, high
+
+
+@njit(cache=True, fastmath=True)
+def count_equal(samples, value):
+    """Return how many samples have exactly a value."""
+    count = 0.0
+    for n in range(len(samples)):
+        count += 1.0 if samples[n] == value else 0.0
+    return count
 
 
 @njit(cache=True)
-def count_clipped(samples, peak):
-    """Return how often the largest and smallest values near full level repeat."""
-    high, low = samples.max(), samples.min()
-    n_high, n_low = 0, 0
-    for n in range(len(samples)):
-        n_high += samples[n] == high
-        n_low += samples[n] == low
-    repeated = n_high if high >= 0.5 * peak else 0
-    return repeated + (n_low if low <= -0.5 * peak else 0)
+def is_clipped(samples, low, high):
+    """Return whether a value near full level comes back four times or more."""
+    peak = max(high, -low)
+    repeated = 0.0
+    if high >= 0.5 * peak:
+        repeated += count_equal(samples, high)
+    if low <= -0.5 * peak:
+        repeated += count_equal(samples, low)
+    return repeated >= 4.0
+
+
+@njit(cache=True, fastmath=FAST)
+def sum_of(samples, start, stop):
+    """Return the sum of a stretch."""
+    total = 0.0
+    for n in range(start, stop):
+        total += samples[n]
+    return total
 
 
 @njit(cache=True)
@@ -51,12 +84,12 @@ def steady_offset(samples):
     means = np.empty(parts)
     for part in range(parts):
         first = start + part * width
-        means[part] = samples[first : first + width].mean()
+        means[part] = sum_of(samples, first, first + width) / width
     middle = np.median(means)
     error = 1.4826 * np.median(np.abs(means - middle)) / np.sqrt(parts)
     early, late = means[: parts // 2].mean(), means[parts // 2 :].mean()
     drifting = abs(early - late) > max(0.2 * abs(middle), 6.0 * error)
-    if drifting or abs(middle) <= 6.0 * error:
+    if drifting or abs(middle) <= 8.0 * error:
         return 0.0
     return means.mean()
 
@@ -85,6 +118,18 @@ def find_stop(energy, level):
         if energy[n] > level:
             return n + 1
     return 0
+
+
+@njit(cache=True)
+def onset_level(energy, stop):
+    """Return -20 dB, or more where the noise at the end would reach that."""
+    start, parts = (3 * stop) // 4, 16
+    width = max((stop - start) // parts, 1)
+    means = np.empty(parts)
+    for part in range(parts):
+        first = min(start + part * width, stop - 1)
+        means[part] = sum_of(energy, first, min(first + width, stop)) / width
+    return min(max(0.01, 30.0 * np.median(means)), 0.25)
 
 
 @njit(cache=True)
@@ -165,11 +210,11 @@ def times_from_curve(curve, steps, width, rate, floor, values, facts, reasons):
             reasons[place] = words.RANGE_SHORT
             continue
         points = fit_line(curve, steps, width, upper, lower, line)
-        if points < 4 or line[2] < 2.0:
+        if points < 4 or line[2] < 0.3:
             reasons[place] = words.NO_POINTS
         elif line[3] > 0.5 * (lower - upper):
             reasons[place] = words.PULSES
-        elif line[1] > -0.8:
+        elif line[1] > (-0.3 if place == EDT else -0.8):
             reasons[place] = words.NOT_STRAIGHT
         else:
             values[place] = -60.0 / line[0] / rate
@@ -180,7 +225,7 @@ def times_from_curve(curve, steps, width, rate, floor, values, facts, reasons):
 @njit(cache=True)
 def late_ratio(total, late, tail, values, place, reasons):
     """Fill 10 lg(early/late) if the late energy stands clear of the tail."""
-    if late < 0.5 * tail:
+    if late < 0.9 * tail:
         reasons[place] = words.LATE_BURIED
     elif late >= total or late <= 0.0:
         reasons[place] = words.NO_LATE
@@ -256,25 +301,26 @@ def analyse_energy(
 def analyse_response(samples, rate, energy, curve, values, facts, reasons):
     """Fill the rows of one response; return its flags."""
     values[:], facts[:], reasons[:] = np.nan, np.nan, 0
-    peak = scan(samples)
-    if not peak < np.inf:
+    if not is_finite(samples):
         reasons[:] = words.NOT_FINITE
         return words.NON_FINITE
+    low, high = extremes(samples)
+    peak = max(high, -low)
     if peak == 0.0:
         reasons[:] = words.ALL_ZERO
         return words.SILENT
-    flags = words.CLIPPED if count_clipped(samples, peak) >= 4 else 0
+    flags = words.CLIPPED if is_clipped(samples, low, high) else 0
     offset = steady_offset(samples)
     if offset != 0.0:
         flags |= words.DC_OFFSET
         before = peak
-        peak = max(samples.max() - offset, offset - samples.min())
+        peak = max(high - offset, offset - low)
         if peak <= 1e-9 * before:
             reasons[:] = words.ALL_CONSTANT
             return flags | words.SILENT
     square(samples, offset, peak, energy)
     stop = find_stop(energy, 1e-12)
-    onset = find_first(energy, 0, 0.01)
+    onset = find_first(energy, 0, onset_level(energy, stop))
     pulses = count_pulses(energy, onset, stop, 16)
     if pulses == 1:
         reasons[:] = words.ONE_PULSE
@@ -296,11 +342,9 @@ def model_and_curve(energy, onset, stop, rate, curve, values, facts, reasons):
     state, block, first, events, count = fit_decay(
         energy, onset, stop, means, theta, used, ratio
     )
-    level = 0.01
-    if state == FITTED:
-        level = max(level, 30.0 * np.exp(theta[0]))
-    moved = onset if level == 0.01 else max(find_first(energy, 0, level), onset)
-    noise = np.exp(theta[0]) if state == FITTED else 0.0
+    noise = np.exp(theta[0])
+    level = min(max(0.01, 30.0 * noise), 0.25)
+    moved = find_first(energy, 0, level)
     for _ in range(4):
         behind = skip_click(energy, moved, stop, rate, noise, level)
         if behind == moved:
@@ -315,12 +359,25 @@ def model_and_curve(energy, onset, stop, rate, curve, values, facts, reasons):
     if state != FITTED:
         reasons[:] = words.SHORT_RECORD if state == TOO_SHORT else words.UNDER_NOISE
         return flags | words.NO_DECAY
+    beyond = onset + count * block
+    level = 70.0 * (np.exp(theta[0]) + level_at(theta, count))
+    if largest(energy, beyond, stop) > level and beyond < 0.9 * stop:
+        flags |= words.TAIL_EVENT
     if events > 0:
         flags |= words.TAIL_EVENT
         soften_events(energy, onset, stop, block, used, first, count, theta)
     return flags | analyse_energy(
         energy, onset, stop, rate, block, theta, curve, values, facts, reasons
     )
+
+
+@njit(cache=True, fastmath=True)
+def largest(energy, start, stop):
+    """Return the largest value of a stretch."""
+    value = 0.0
+    for n in range(start, stop):
+        value = max(value, energy[n])
+    return value
 
 
 @njit(cache=True)

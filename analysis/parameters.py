@@ -1,0 +1,232 @@
+"""Room-acoustic parameters of responses by ISO 3382, noise handled, NaN if unknown."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from analysis.scatter import uncertainties
+from rir.errors import SignalError
+from rir.response import check_sample_rate
+
+__all__ = [
+    "PARAMETER_NAMES",
+    "Parameters",
+    "Table",
+    "acoustic_parameters",
+    "as_responses",
+    "assemble",
+]
+
+FloatArray = NDArray[np.float64]
+
+PARAMETER_NAMES = ("EDT", "T20", "T30", "C50", "C80", "DRR", "D50", "TS")
+"""Parameters in the order of the compiled core."""
+
+
+class Parameters(dict[str, Any]):
+    """Parameters by name, with flags, reasons, and how far to trust them.
+
+    A plain dict of ``EDT``, ``T20``, ``T30``, ``TS`` [s], ``C50``, ``C80``, ``DRR``
+    [dB] and ``D50`` [1], arrays of the responses' leading shape with NaN where a
+    value cannot be known; ``flags``, a list of words for one response, nested lists
+    for several; ``reasons``, a dict (nested lists of dicts) from the name of each
+    NaN value to why.
+
+    Attributes
+    ----------
+    uncertainty : dict of str to ndarray
+        Standard deviation of one realisation, in the unit of the value.
+    range_available : ndarray
+        Fall of the decay curve before it meets the noise or the end [dB].
+    noise_floor : ndarray
+        Mean square of the noise re the square of the response's peak [dB].
+    inr : ndarray
+        Impulse-to-noise ratio, the negative of it [dB] (ISO 3382-1, 3.5).
+    nonlinearity : dict of str to ndarray
+        1000 (1 - r^2) of the lines of T20 and T30 [permille], ISO 3382-2 B.2.
+    curvature : ndarray
+        100 (T30/T20 - 1) [%], ISO 3382-2 B.3; suspicious above 10.
+    onset : ndarray
+        Time of the direct sound [s].
+    crossing : ndarray
+        Time from the direct sound to where decay and noise meet, or the end [s].
+    late_time : ndarray
+        Reverberation time of the last 25 dB above the noise [s].
+    """
+
+    uncertainty: dict[str, FloatArray]
+    range_available: FloatArray
+    noise_floor: FloatArray
+    inr: FloatArray
+    nonlinearity: dict[str, FloatArray]
+    curvature: FloatArray
+    onset: FloatArray
+    crossing: FloatArray
+    late_time: FloatArray
+
+
+def as_responses(samples: ArrayLike) -> FloatArray:
+    """Return responses as float64 of shape (..., n).
+
+    Raises
+    ------
+    SignalError
+        If there are no samples, they are not real numbers, or time is not last.
+    """
+    array = np.asarray(samples)
+    if array.dtype == object:
+        try:
+            array = array.astype(np.float64)
+        except (TypeError, ValueError) as error:
+            raise SignalError(f"responses must be real numbers: {error}") from error
+    if array.dtype.kind not in "fiub":
+        raise SignalError(f"responses must be real numbers, not {array.dtype}")
+    if array.ndim == 0 or array.size == 0:
+        raise SignalError(f"responses need samples; got shape {array.shape}")
+    if array.ndim > 1 and array.shape[-1] <= 16 and array.shape[-2] >= 256:
+        raise SignalError(
+            f"time goes last, but shape {array.shape} looks time first; transpose it"
+        )
+    if array.dtype.kind == "u":
+        middle = 2.0 ** (8 * array.dtype.itemsize - 1)
+        return array.astype(np.float64) - middle
+    return _to_float64(array)
+
+
+def _to_float64(array: NDArray[Any]) -> FloatArray:
+    if array.dtype.itemsize > 8:
+        largest = np.max(np.abs(array))
+        if 0 < largest < np.inf:
+            array = array / largest
+    return np.ascontiguousarray(array, dtype=np.float64)
+
+
+def acoustic_parameters(samples: ArrayLike, sample_rate: float) -> Parameters:
+    """Estimate EDT, T20, T30, C50, C80, DRR, D50 and centre time of responses.
+
+    Each response is handled alone: offset removed, direct sound found 20 dB under
+    the peak (higher where noise reaches that), decay and noise fitted, the decay
+    curve freed from the noise and closed behind the crossing, lines fitted to it. A
+    time is given only if curve and noise meet 3 dB below the end of its range.
+
+    Parameters
+    ----------
+    samples : array_like, shape (..., n_samples)
+        Responses, time last, in any real number type and at any scale.
+    sample_rate : float
+        Samples per second [Hz].
+
+    Returns
+    -------
+
+    Parameters
+    ----------
+        A dict of arrays of shape (...): ``EDT``, ``T20``, ``T30``, ``TS`` [s],
+        ``C50``, ``C80``, ``DRR`` [dB], ``D50``; NaN where it cannot be known, with
+        ``flags`` and ``reasons``; more in its attributes.
+
+    Raises
+    ------
+    SignalError
+        If there are no samples, they are not real numbers, time is not the last
+        axis, or the rate is not a positive whole number.
+
+    References
+    ----------
+    ISO 3382-1:2009, 5.3.3 and annex A; ISO 3382-2:2008, annexes A and B.
+    DRR: direct sound up to 2.5 ms after its peak (Zahorik, JASA 112, 2002).
+
+    Examples
+    --------
+    >>> sign = np.random.default_rng(0).choice([-1, 1], 48000)
+    >>> decay = sign * 10 ** (-3 * np.arange(48000) / 48000 / 0.5)
+    >>> found = acoustic_parameters(decay, 48000)
+    >>> round(float(found["T30"]), 3), round(float(found["C80"]), 2)
+    (0.5, 9.1)
+    >>> acoustic_parameters(np.zeros(48000), 48000)["flags"]
+    ['silent']
+    """
+    from analysis.decay.rows import N_FACTS, analyse_batch
+
+    rate = check_sample_rate(sample_rate)
+    responses = as_responses(samples)
+    rows = responses.reshape(-1, responses.shape[-1])
+    table = Table.empty(len(rows), N_FACTS)
+    analyse_batch(
+        rows, float(rate), table.values, table.facts, table.reasons, table.flags
+    )
+    return assemble(table, responses.shape[:-1], 0.5 * rate)
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of values, facts, codes of reasons and bits of flags, one per response."""
+
+    values: FloatArray
+    facts: FloatArray
+    reasons: NDArray[np.int64]
+    flags: NDArray[np.int64]
+
+    @classmethod
+    def empty(cls, rows: int, n_facts: int) -> "Table":
+        """Return a table to be filled."""
+        count = len(PARAMETER_NAMES)
+        return cls(
+            np.full((rows, count), np.nan),
+            np.full((rows, n_facts), np.nan),
+            np.zeros((rows, count), dtype=np.int64),
+            np.zeros(rows, dtype=np.int64),
+        )
+
+
+def assemble(
+    table: Table, shape: tuple[int, ...], bandwidth: float | FloatArray
+) -> Parameters:
+    """Return the parameters of a filled table in the responses' shape."""
+    from analysis.decay.words import REASONS, flag_words
+
+    result = Parameters()
+    for place, name in enumerate(PARAMETER_NAMES):
+        result[name] = table.values[:, place].reshape(shape)
+    result["flags"] = nest([flag_words(int(bits)) for bits in table.flags], shape)
+    result["reasons"] = nest([_reasons(row, REASONS) for row in table.reasons], shape)
+    _describe(result, table.facts, shape)
+    result.uncertainty = uncertainties(result, bandwidth)
+    return result
+
+
+def _reasons(codes: NDArray[np.int64], texts: Sequence[str]) -> dict[str, str]:
+    pairs = zip(PARAMETER_NAMES, codes, strict=True)
+    return {name: texts[int(code)] for name, code in pairs if code}
+
+
+def _describe(result: Parameters, facts: FloatArray, shape: tuple[int, ...]) -> None:
+    from analysis.decay import rows
+
+    def column(place: int) -> FloatArray:
+        return facts[:, place].reshape(shape)
+
+    result.range_available = column(rows.RANGE)
+    result.noise_floor = _decibels(column(rows.NOISE))
+    result.inr = -result.noise_floor
+    result.curvature = column(rows.CURVATURE)
+    result.nonlinearity = {"T20": column(rows.XI20), "T30": column(rows.XI30)}
+    result.onset = column(rows.ONSET)
+    result.crossing = column(rows.CROSSING)
+    result.late_time = column(rows.TAIL_TIME)
+
+
+def _decibels(square: FloatArray) -> FloatArray:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return 10.0 * np.log10(square)
+
+
+def nest(items: Sequence[Any], shape: tuple[int, ...]) -> Any:
+    """Return items as nested lists of a shape; the item itself for shape ()."""
+    if not shape:
+        return items[0]
+    step = len(items) // shape[0] if shape[0] else 0
+    return [nest(items[k * step : (k + 1) * step], shape[1:]) for k in range(shape[0])]
