@@ -1,5 +1,6 @@
-"""Rooms of any polygon shape."""
+"""Rooms made of polygons: geometry, visibility and specular paths."""
 
-from rooms.mesh.shape import Mesh
+from rooms.mesh.geometry import MeshGeometry
+from rooms.mesh.images import Paths, find_paths
 
-__all__ = ["Mesh"]
+__all__ = ["MeshGeometry", "Paths", "find_paths"]

@@ -1,0 +1,349 @@
+"""Rooms bounded by triangles."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rir.errors import SceneError
+from rooms.mesh.cleaning import Cleaned, clean, winding
+from rooms.mesh.loading import load_mesh
+from rooms.mesh.panels import Panels, find_panels
+from rooms.mesh.polygon import cut_ears
+
+__all__ = ["MeshGeometry"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+_RELATIVE = 1e-6
+"""Share of the diagonal within which points count as one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tables:
+    """What the compiled loops look up.
+
+    Parameters
+    ----------
+    rims : ndarray, shape (F, 3, 4)
+        Half-spaces within which a point of the plane lies in the triangle.
+    planes : ndarray, shape (F, 4)
+        Normal and offset of each triangle.
+    blockers : ndarray, shape (B,)
+        Triangles that can stand between two points of the room.
+    """
+
+    rims: FloatArray
+    planes: FloatArray
+    blockers: IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class MeshGeometry:
+    """A room made of triangles, cleaned, with coplanar triangles merged.
+
+    Build one by `from_file`, `from_arrays`, `extruded` or `box`.
+
+    Parameters
+    ----------
+    vertices, faces : ndarray, shape (V, 3), (F, 3)
+        Corners relative to `origin` [m] and vertex indices.
+    face_surface : ndarray, shape (F,)
+        Surface (row of materials) of each triangle.
+    surface_names : tuple of str
+        Name of each surface.
+    panels : Panels
+        Merged coplanar triangles.
+    origin : ndarray, shape (3,)
+        Middle of the mesh [m]; keeps precision far from the zero point.
+    tolerance : float
+        Distance within which points count as one [m].
+    watertight : bool
+        Whether the triangles enclose the air.
+    report : tuple of str
+        What was repaired, and what was left open.
+
+    Examples
+    --------
+    >>> room = MeshGeometry.box((6, 5, 3))
+    >>> room.volume, len(room.panels), room.watertight
+    (90.0, 6, True)
+    """
+
+    vertices: FloatArray
+    faces: IntArray
+    face_surface: IntArray
+    surface_names: tuple[str, ...]
+    panels: Panels
+    origin: FloatArray
+    tolerance: float
+    watertight: bool
+    report: tuple[str, ...] = field(default=())
+
+    @staticmethod
+    def from_arrays(
+        vertices: ArrayLike,
+        faces: ArrayLike,
+        surfaces: Any = None,
+        *,
+        resolution: float = 0.0,
+    ) -> "MeshGeometry":
+        """Build a room from triangles.
+
+        Parameters
+        ----------
+        vertices : array_like, shape (V, 3)
+            Corners [m].
+        faces : array_like, shape (F, 3)
+            Vertex indices; any winding.
+        surfaces : sequence of int or str, shape (F,), optional
+            Surface of each triangle; one surface "all" when left out.
+        resolution : float
+            Step of the stored coordinates [m], if coarser than double precision.
+
+        Raises
+        ------
+        SceneError
+            If the arrays describe no triangles.
+        """
+        corners, triangles = _checked(vertices, faces)
+        names, ids = _surface_ids(surfaces, len(triangles))
+        used = np.unique(triangles)
+        low, high = corners[used].min(axis=0), corners[used].max(axis=0)
+        origin = (low + high) / 2
+        diagonal = float(np.linalg.norm(high - low))
+        tolerance = max(_RELATIVE * diagonal, resolution)
+        mesh = clean(
+            corners[used] - origin, np.searchsorted(used, triangles), tolerance
+        )
+        panels = find_panels(mesh.vertices, mesh.faces, tolerance, mesh.watertight)
+        return MeshGeometry(
+            mesh.vertices,
+            mesh.faces,
+            ids[mesh.kept],
+            names,
+            panels,
+            origin,
+            tolerance,
+            mesh.watertight,
+            _told(mesh, panels),
+        )
+
+    @staticmethod
+    def from_file(path: str | Path) -> "MeshGeometry":
+        """Read a room from an OBJ, PLY, GLB or STL file; see `load_mesh`."""
+        mesh = load_mesh(path)
+        return MeshGeometry.from_arrays(
+            mesh.vertices, mesh.faces, mesh.names, resolution=mesh.resolution
+        )
+
+    @staticmethod
+    def extruded(polygon: ArrayLike, height: float) -> "MeshGeometry":
+        """Build a room with vertical walls on a simple polygon.
+
+        Parameters
+        ----------
+        polygon : array_like, shape (n, 2)
+            Corners of the floor [m], in order.
+        height : float
+            Height of the ceiling [m].
+
+        Raises
+        ------
+        SceneError
+            If the polygon has no area or crosses itself, or the height is not positive.
+
+        Examples
+        --------
+        >>> lot = [(0, 0), (6, 0), (6, 2.5), (3, 2.5), (3, 5), (0, 5)]
+        >>> MeshGeometry.extruded(lot, 3).surface_names
+        ('floor', 'ceiling', 'wall0', 'wall1', 'wall2', 'wall3', 'wall4', 'wall5')
+        """
+        if not (np.isfinite(height) and height > 0):
+            raise SceneError(f"a room needs a positive height, not {height} m")
+        corners, ears = cut_ears(polygon)
+        n = len(corners)
+        low = np.column_stack([corners, np.zeros(n)])
+        vertices = np.concatenate([low, low + np.array([0, 0, height])])
+        i, j = np.arange(n), np.roll(np.arange(n), -1)
+        walls = np.stack(
+            [np.stack([i, j + n, j], 1), np.stack([i, i + n, j + n], 1)], 1
+        )
+        faces = np.concatenate([ears, ears[:, ::-1] + n, walls.reshape(-1, 3)])
+        flat = ["floor"] * len(ears) + ["ceiling"] * len(ears)
+        sides = [f"wall{k}" for k in range(n) for _ in range(2)]
+        return MeshGeometry.from_arrays(vertices, faces, flat + sides)
+
+    @staticmethod
+    def box(size: ArrayLike) -> "MeshGeometry":
+        """Build a box with a corner at the origin; surfaces as `rir.room.WALLS`."""
+        size = np.asarray(size, dtype=float)
+        corner = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
+        sides = [
+            [0, 1, 3, 2],
+            [4, 6, 7, 5],
+            [0, 4, 5, 1],
+            [2, 3, 7, 6],
+            [0, 2, 6, 4],
+            [1, 5, 7, 3],
+        ]
+        faces = [t for a, b, c, d in sides for t in ((a, b, c), (a, c, d))]
+        walls = [w for w in ("x0", "x1", "y0", "y1", "floor", "ceiling") for _ in "ab"]
+        return MeshGeometry.from_arrays(corner * size, faces, walls)
+
+    @cached_property
+    def corners(self) -> FloatArray:
+        """Corners of each triangle relative to `origin`, shape (F, 3, 3)."""
+        return np.ascontiguousarray(self.vertices[self.faces])
+
+    @cached_property
+    def face_areas(self) -> FloatArray:
+        """Area of each triangle [m²], shape (F,)."""
+        a, b, c = np.moveaxis(self.corners, 1, 0)
+        return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+
+    @property
+    def surfaces(self) -> int:
+        """Number of surfaces with a material of their own."""
+        return len(self.surface_names)
+
+    @property
+    def areas(self) -> FloatArray:
+        """Area of each surface [m²], shape (surfaces,)."""
+        areas = np.zeros(self.surfaces)
+        np.add.at(areas, self.face_surface, self.face_areas)
+        return areas
+
+    @cached_property
+    def volume(self) -> float:
+        """Volume of the air [m³]; of the convex hull when the mesh is open."""
+        if not self.watertight:
+            from scipy.spatial import ConvexHull, QhullError
+
+            try:
+                return float(ConvexHull(self.vertices).volume)
+            except QhullError:
+                return 0.0
+        a, b, c = np.moveaxis(self.corners, 1, 0)
+        return abs(float(np.einsum("ij,ij->", a, np.cross(b, c)))) / 6
+
+    @property
+    def center(self) -> FloatArray:
+        """Middle of the mesh [m], shape (3,)."""
+        return self.origin
+
+    @property
+    def size(self) -> FloatArray:
+        """Lengths of the bounding box [m], shape (3,)."""
+        return np.ptp(self.vertices, axis=0)
+
+    @property
+    def diagonal(self) -> float:
+        """Length of the diagonal of the bounding box [m]."""
+        return float(np.linalg.norm(np.ptp(self.vertices, axis=0)))
+
+    @cached_property
+    def occluders(self) -> IntArray:
+        """Panels that can stand between two points of the room."""
+        height = self.panels.normal @ self.vertices.T - self.panels.offset[:, None]
+        slack = 2 * self.tolerance
+        return np.nonzero((height.min(1) < -slack) & (height.max(1) > slack))[0]
+
+    @cached_property
+    def tables(self) -> "Tables":
+        """What the compiled loops look up."""
+        corners = self.corners
+        sides = np.roll(corners, -1, axis=1) - corners
+        normal = np.cross(sides[:, 0], sides[:, 1])
+        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        inward = np.cross(normal[:, None], sides)
+        inward /= np.linalg.norm(inward, axis=2, keepdims=True)
+        rim = np.einsum("fsk,fsk->fs", inward, corners)
+        offset = np.einsum("fk,fk->f", normal, corners[:, 0])
+        blocking = np.isin(self.panels.of_face, self.occluders)
+        return Tables(
+            np.ascontiguousarray(np.concatenate([inward, rim[:, :, None]], axis=2)),
+            np.column_stack([normal, offset]),
+            np.nonzero(blocking)[0],
+        )
+
+    @property
+    def convex(self) -> bool:
+        """Whether every two points of the room see each other."""
+        return self.watertight and len(self.occluders) == 0
+
+    def localised(self, points: ArrayLike) -> FloatArray:
+        """Return points, shape (N, 3), relative to `origin`, off the surfaces.
+
+        A point on a surface has no side. It is moved into the air by a thousandth
+        of `tolerance`, far less than any wavelength.
+        """
+        from rooms.mesh.nearness import lift_off
+
+        local = np.asarray(points, dtype=float).reshape(-1, 3) - self.origin
+        if not np.all(np.isfinite(local)):
+            raise SceneError(f"a position is not finite: {points}")
+        return lift_off(self, local)
+
+    def outside(self, points: ArrayLike) -> NDArray[np.bool_]:
+        """Tell which points, shape (N, 3), lie neither in nor on the room.
+
+        An open mesh has no outside; there, points beyond its bounding box are out.
+        """
+        from rooms.mesh.nearness import distances
+
+        local = np.asarray(points, dtype=float).reshape(-1, 3) - self.origin
+        reach = np.abs(self.vertices).max(axis=0) + self.tolerance
+        out = np.any(np.abs(local) > reach, axis=1)
+        if self.watertight:
+            inner = np.nonzero(~out)[0]
+            out[inner] = np.abs(winding(self.corners, local[inner])) < 0.5
+            doubtful = np.nonzero(out)[0]
+            out[doubtful] = distances(self, local[doubtful]) > self.tolerance
+        return out
+
+
+def _checked(vertices: ArrayLike, faces: ArrayLike) -> tuple[FloatArray, IntArray]:
+    corners = np.array(vertices, dtype=float)
+    triangles = np.array(faces, dtype=np.int64)
+    if corners.ndim != 2 or corners.shape[1] != 3:
+        raise SceneError(f"vertices must have shape (V, 3), not {corners.shape}")
+    if triangles.ndim != 2 or triangles.shape[1] != 3 or len(triangles) == 0:
+        raise SceneError(f"faces must have shape (F, 3), F > 0, not {triangles.shape}")
+    if triangles.min() < 0 or triangles.max() >= len(corners):
+        raise SceneError(
+            f"faces name vertices {triangles.min()}…{triangles.max()},"
+            f" but there are {len(corners)}"
+        )
+    if not np.all(np.isfinite(corners[np.unique(triangles)])):
+        raise SceneError("a vertex is not finite")
+    return corners, triangles
+
+
+def _surface_ids(surfaces: Any, count: int) -> tuple[tuple[str, ...], IntArray]:
+    if surfaces is None:
+        return ("all",), np.zeros(count, dtype=np.int64)
+    if len(surfaces) != count:
+        raise SceneError(f"{len(surfaces)} surfaces are stated for {count} triangles")
+    if not isinstance(surfaces[0], str):
+        ids = np.asarray(surfaces, dtype=np.int64)
+        if ids.min() < 0:
+            raise SceneError(f"surface {ids.min()} is negative")
+        return tuple(f"surface{k}" for k in range(ids.max() + 1)), ids
+    names: Sequence[str] = list(dict.fromkeys(surfaces))
+    place = {name: k for k, name in enumerate(names)}
+    return tuple(names), np.array([place[name] for name in surfaces], dtype=np.int64)
+
+
+def _told(mesh: Cleaned, panels: Panels) -> tuple[str, ...]:
+    merged = len(mesh.faces) - len(panels)
+    told = [*mesh.report]
+    if merged:
+        told.append(f"merged {len(mesh.faces)} triangles into {len(panels)} panels")
+    if not mesh.watertight:
+        told.append("the mesh does not enclose the air: both sides of it reflect")
+    return tuple(told)

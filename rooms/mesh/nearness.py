@@ -1,0 +1,62 @@
+"""Distances from points to the surfaces of a mesh."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from rooms.mesh.geometry import MeshGeometry
+
+__all__ = ["distances", "lift_off"]
+
+FloatArray = NDArray[np.float64]
+
+
+def _nearest(corners: FloatArray, point: FloatArray) -> FloatArray:
+    """Return the nearest point of each triangle (F, 3, 3), shape (F, 3)."""
+    a, b, c = np.moveaxis(corners, 1, 0)
+    normal = np.cross(b - a, c - a)
+    square = np.einsum("ij,ij->i", normal, normal)
+    height = np.einsum("ij,ij->i", point - a, normal) / square
+    foot = point - height[:, None] * normal
+    inside = np.ones(len(a), dtype=bool)
+    best = np.full(len(a), np.inf)
+    near = foot.copy()
+    for p, q in ((a, b), (b, c), (c, a)):
+        side = q - p
+        inside &= np.einsum("ij,ij->i", np.cross(side, foot - p), normal) >= 0
+        along = np.einsum("ij,ij->i", point - p, side) / np.einsum(
+            "ij,ij->i", side, side
+        )
+        on = p + np.clip(along, 0, 1)[:, None] * side
+        apart = np.linalg.norm(point - on, axis=1)
+        closer = apart < best
+        best[closer], near[closer] = apart[closer], on[closer]
+    near[inside] = foot[inside]
+    return near
+
+
+def distances(geometry: "MeshGeometry", points: FloatArray) -> FloatArray:
+    """Return how far points, shape (N, 3), local, lie from the nearest triangle [m]."""
+    found = np.empty(len(points))
+    for index, point in enumerate(points):
+        near = _nearest(geometry.corners, point)
+        found[index] = np.linalg.norm(near - point, axis=1).min()
+    return found
+
+
+def lift_off(geometry: "MeshGeometry", points: FloatArray) -> FloatArray:
+    """Move points, shape (N, 3), local, off the panels they lie on."""
+    panels, gap = geometry.panels, geometry.tolerance * 1e-3
+    lifted = points.copy()
+    height = points @ panels.normal.T - panels.offset
+    beside = np.abs(height) <= 2 * gap
+    for index in np.nonzero(beside.any(axis=1))[0]:
+        for panel in np.nonzero(beside[index])[0]:
+            own = panels.faces[slice(*panels.face_start[panel : panel + 2])]
+            near = _nearest(geometry.corners[own], points[index])
+            if np.linalg.norm(near - points[index], axis=1).min() <= 2 * gap:
+                rise = 2 * gap - height[index, panel]
+                lifted[index] += rise * panels.normal[panel]
+    return lifted

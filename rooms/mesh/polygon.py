@@ -1,0 +1,72 @@
+"""Cut simple polygons into triangles."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rir.errors import SceneError
+
+__all__ = ["cut_ears"]
+
+FloatArray = NDArray[np.float64]
+
+
+def cut_ears(polygon: ArrayLike) -> tuple[FloatArray, NDArray[np.int64]]:
+    """Cut a simple polygon into triangles, ear by ear.
+
+    Parameters
+    ----------
+    polygon : array_like, shape (n, 2)
+        Corners in order, either way round.
+
+    Returns
+    -------
+    corners : ndarray, shape (n, 2)
+        Corners, counter-clockwise.
+    triangles : ndarray, shape (n - 2, 3)
+        Corner indices.
+
+    Raises
+    ------
+    SceneError
+        If the polygon has no area or crosses itself.
+
+    References
+    ----------
+    G. H. Meisters, Am. Math. Monthly 82, 648 (1975): polygons have ears.
+    """
+    corners = np.array(polygon, dtype=float)
+    if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3:
+        raise SceneError(f"a floor needs 3 or more (x, y), not shape {corners.shape}")
+    x, y = corners.T
+    area = float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
+    if not np.isfinite(area) or area == 0:
+        raise SceneError("the floor polygon has no area")
+    corners = corners if area > 0 else corners[::-1].copy()
+    left, triangles = list(range(len(corners))), []
+    while len(left) > 3:
+        ear = next((k for k in range(len(left)) if _is_ear(corners, left, k)), None)
+        if ear is None:
+            raise SceneError("the floor polygon crosses itself")
+        triangles.append(_around(left, ear))
+        del left[ear]
+    return corners, np.array([*triangles, left], dtype=np.int64)
+
+
+def _around(left: list[int], k: int) -> list[int]:
+    return [left[k - 1], left[k], left[(k + 1) % len(left)]]
+
+
+def _cross(o: FloatArray, a: FloatArray, b: FloatArray) -> float:
+    return float((a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0]))
+
+
+def _is_ear(corners: FloatArray, left: list[int], k: int) -> bool:
+    names = _around(left, k)
+    a, b, c = corners[names]
+    if _cross(a, b, c) <= 0:
+        return False
+    others = (corners[i] for i in left if i not in names)
+    return not any(
+        _cross(a, b, p) >= 0 and _cross(b, c, p) >= 0 and _cross(c, a, p) >= 0
+        for p in others
+    )
