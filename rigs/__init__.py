@@ -1,6 +1,12 @@
 """Carry loudspeaker and microphone to poses, and never lie about where they are."""
 
-import rigs.grbl  # noqa: F401  (enters the kind into the table)
+# each import enters a kind of rig into the table
+import rigs.composite
+import rigs.grbl
+import rigs.manual
+import rigs.marlin
+import rigs.simulated
+import rigs.turntable  # noqa: F401
 from rigs.carriers import Carriers
 from rigs.clock import Clock, FastClock, SystemClock, VirtualClock
 from rigs.envelope import Envelope, KeepOut

@@ -4,8 +4,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Literal
 
-import numpy as np
-
+from rigs.faulty import suffer
 from rigs.firmware.grbl import GrblFirmware
 from rigs.grbl_controller import GrblController
 from rigs.grbl_options import GrblOptions
@@ -13,7 +12,7 @@ from rigs.line import SerialLine
 from rigs.machine import MachineRig
 from rigs.ports import SIMULATED, simulated_line
 from rigs.rig import RIGS, RigKind, Surroundings
-from rigs.words import FaultConfig, MachineConfig, SimulationConfig
+from rigs.words import MachineConfig, SimulationConfig
 from rir.config import Config
 
 USUAL_SETTINGS = {
@@ -58,24 +57,6 @@ class GrblPart(Config):
             return dict(zip(self.board.axes, values, strict=False))
 
         return driver, truth
-
-
-def suffer(chip: GrblFirmware, fault: FaultConfig, move: int) -> None:
-    """Let a simulated board suffer a fault if this is its move."""
-    if move == fault.at_move:
-        chip.schedule(fault.after_s, _deed(chip, fault), lasting=True)
-
-
-def _deed(chip: GrblFirmware, fault: FaultConfig) -> Callable[[], None]:
-    deeds: dict[str, Callable[[], None]] = {
-        "brown-out": chip.power_cycle,
-        "lost-steps": lambda: chip.slip(np.array(fault.millimetres)),
-        "garbage": chip.babble,
-        "mute": lambda: chip.mute(fault.seconds),
-        "delay": lambda: chip.delay(fault.seconds),
-        "unplug": lambda: chip.unplug(fault.seconds),
-    }
-    return deeds[fault.kind]
 
 
 class GrblConfig(MachineConfig, GrblPart):

@@ -32,6 +32,7 @@ class Chip:
         self._order = 0
         self._epoch = 0
         self._ready = bytearray()
+        self._busy_until = -math.inf
         self._garble = 0
         self._deaf = 0
         self._lag = 0.0
@@ -66,9 +67,11 @@ class Chip:
 
     def receive(self, data: bytes) -> None:
         """Put bytes on their way to the chip, one byte time apart."""
-        for k, byte in enumerate(data):
+        self._busy_until = max(self._busy_until, self.now)
+        for byte in data:
             arrive = partial(self._arrive, byte)
-            self.schedule(k * BYTE_TIME, arrive, lasting=True)
+            self.schedule(self._busy_until - self.now, arrive, lasting=True)
+            self._busy_until += BYTE_TIME
 
     def _arrive(self, byte: int) -> None:
         if self._deaf > 0:

@@ -1,0 +1,66 @@
+"""Rigs whose axes belong to several controllers: a gantry with a turntable on it."""
+
+from collections.abc import Callable
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from rigs.controller import Controller
+from rigs.grbl import GrblPart
+from rigs.machine import MachineRig
+from rigs.marlin import MarlinPart
+from rigs.rig import RIGS, RigKind, Surroundings
+from rigs.turntable import TurntablePart
+from rigs.words import MachineConfig
+
+Part = Annotated[GrblPart | MarlinPart | TurntablePart, Field(discriminator="kind")]
+
+
+class CompositeConfig(MachineConfig):
+    """The part of a rig file that describes a rig of several controllers."""
+
+    kind: Literal["composite"] = "composite"
+    parts: tuple[Part, ...] = Field(min_length=1)
+
+    @property
+    def simulated(self) -> bool:
+        """Whether all parts are simulated."""
+        return all(part.simulated for part in self.parts)
+
+    @model_validator(mode="after")
+    def _axes_once(self) -> "CompositeConfig":
+        axes = [axis for part in self.parts for axis in axes_of(part)]
+        twice = sorted({axis for axis in axes if axes.count(axis) > 1})
+        if twice:
+            raise ValueError(f"two parts move {', '.join(twice)}; each axis once")
+        return self
+
+
+def axes_of(part: Part) -> tuple[str, ...]:
+    """Return the axes a part moves."""
+    if isinstance(part, TurntablePart):
+        return (part.stage.axis,)
+    return part.board.axes
+
+
+def _build(config: CompositeConfig, around: Surroundings) -> MachineRig:
+    drivers: list[Controller] = []
+    truths: list[Callable[[], dict[str, float]]] = []
+    for part in config.parts:
+        driver, truth = part.controller(around)
+        drivers.append(driver)
+        truths += [truth] if truth else []
+
+    def all_truth() -> dict[str, float]:
+        return {axis: value for truth in truths for axis, value in truth().items()}
+
+    envelope = config.envelope.envelope()
+    told = all_truth if len(truths) == len(drivers) else None
+    return MachineRig(
+        config.name, "composite", drivers, envelope, config.mount(), around, told
+    )
+
+
+RIGS.add("composite")(
+    RigKind("axes of several controllers as one", CompositeConfig, _build)
+)
