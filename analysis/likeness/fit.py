@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.likeness.octaves import OctaveEnvelope, octave_envelopes, usable_octaves
+from analysis.likeness.quiet import lead_band_powers, onset_time
 
-__all__ = ["OCTAVES", "SwapFit", "fit_swap", "onset_time", "resampled_at", "warped"]
+__all__ = ["OCTAVES", "SwapFit", "fit_swap", "resampled_at", "warped"]
 
 FloatArray = NDArray[np.float64]
 
@@ -63,17 +64,6 @@ class SwapFit:
     def temperature_change(self) -> float:
         """Warming between forward and reverse that explains the stretch [K]."""
         return self.stretch / STRETCH_PER_KELVIN
-
-
-def onset_time(samples: FloatArray, sample_rate: int) -> float:
-    """Return the time of the first sample within 20 dB of the largest [s].
-
-    References
-    ----------
-    ISO 3382-1:2009, A.3.4.
-    """
-    size = np.abs(samples)
-    return float(np.argmax(size >= 0.1 * size.max())) / sample_rate
 
 
 def warped(
@@ -130,8 +120,14 @@ def fit_swap(
         stretch, delay = stretch + more[0], delay + more[1]
         forward_now = warped(forward, sample_rate, stretch, delay)
         moved = octave_envelopes(forward_now, sample_rate, bands)
-    noise = _noise_shares(moved, target, edges)
-    gain = _median_gain(moved, target, edges, noise)
+    floors = np.stack(
+        [
+            _noise_powers(h, bank, sample_rate)
+            for h, bank in ((forward, raw), (reverse, target))
+        ]
+    )
+    noise = _noise_shares(target, edges, floors)
+    gain = _median_gain(moved, target, edges, noise, floors)
     matched, residual = _likeness(moved, target, edges, noise, gain)
     plain, _ = _likeness(raw, target, edges, noise, gain)
     return SwapFit(
@@ -206,23 +202,28 @@ def _centroid(values: NDArray[np.complex128], start: float, stop: float) -> floa
 
 
 def _noise_shares(
-    moved: Sequence[OctaveEnvelope],
-    target: Sequence[OctaveEnvelope],
-    edges: FloatArray,
+    target: Sequence[OctaveEnvelope], edges: FloatArray, floors: FloatArray
 ) -> FloatArray:
-    """Return the noise power of both over the power of a window, from the tails."""
-    shares = np.empty((len(moved), len(edges) - 1))
-    for k, (f, r) in enumerate(zip(moved, target, strict=True)):
-        floor = _tail_power(f) + _tail_power(r)
-        for w, (_, b) in enumerate(_windows(f, r, edges)):
-            power = np.mean(np.abs(b) ** 2) if len(b) else 0.0
-            shares[k, w] = floor / power if power > 0 else np.inf
+    """Return the noise power of both over the power of a window."""
+    shares = np.empty((len(target), len(edges) - 1))
+    for k, r in enumerate(target):
+        for w, (start, stop) in enumerate(itertools.pairwise(edges)):
+            part = r.window(start, stop)
+            power = np.mean(np.abs(part) ** 2) if len(part) else 0.0
+            shares[k, w] = floors[:, k].sum() / power if power > 0 else np.inf
     return shares
 
 
-def _tail_power(band: OctaveEnvelope) -> float:
-    tail = max(4, len(band.values) // 10)
-    return float(np.mean(np.abs(band.values[-tail:]) ** 2))
+def _noise_powers(
+    samples: FloatArray, bands: Sequence[OctaveEnvelope], sample_rate: int
+) -> FloatArray:
+    """Return the noise of one response in each octave: lead or tail, the quieter."""
+    centers = [band.center for band in bands]
+    tails = [
+        np.mean(np.abs(band.values[-max(4, len(band.values) // 10) :]) ** 2)
+        for band in bands
+    ]
+    return np.minimum(tails, lead_band_powers(samples, sample_rate, centers))
 
 
 def _median_gain(
@@ -230,15 +231,15 @@ def _median_gain(
     target: Sequence[OctaveEnvelope],
     edges: FloatArray,
     noise: FloatArray,
+    floors: FloatArray,
 ) -> float:
     """Return the amplitude ratio that half of the clean windows exceed."""
     ratios = []
     for k, (f, r) in enumerate(zip(moved, target, strict=True)):
-        floors = [_tail_power(x) for x in (f, r)]
         for w, pair in enumerate(_windows(f, r, edges)):
             a, b = (
                 np.sum(np.abs(x) ** 2) - len(x) * floor
-                for x, floor in zip(pair, floors, strict=True)
+                for x, floor in zip(pair, floors[:, k], strict=True)
             )
             if noise[k, w] < 0.05 and min(a, b) > 0:
                 ratios.append(b / a)

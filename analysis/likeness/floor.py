@@ -1,11 +1,13 @@
 """How close two directions could come, given what the session can hold still."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.likeness.fit import STRETCH_PER_KELVIN, resampled_at
+from analysis.likeness.quiet import quiet_part
 from analysis.metrics import METRICS
 
 __all__ = ["predicted_floor", "worsened"]
@@ -30,7 +32,7 @@ def worsened(
     Parameters
     ----------
     forward, reverse : ndarray, shape (n,)
-        Both directions; their last tenths give the noise of both takes.
+        Both directions; their quiet parts give the noise of both takes.
     sample_rate : int
         Samples per second [Hz].
     rng : numpy.random.Generator
@@ -51,22 +53,35 @@ def worsened(
     moved = forward
     if position_m > 0 or temperature_change:
         moved = resampled_at(forward, time)
-    return moved + sum(_noise_like(h, rng) for h in (forward, reverse))
+    own, other = (
+        _noise_like(quiet_part(h, sample_rate), count, rng) for h in (forward, reverse)
+    )
+    # The forward take brings its own noise along. Where sound stands above it both
+    # noises make the difference; where there is only noise, two noises are compared.
+    sound = _sound_share(forward, np.mean(quiet_part(forward, sample_rate) ** 2))
+    return sound * moved + np.sqrt(sound) * own + other
 
 
-def _noise_like(samples: FloatArray, rng: np.random.Generator) -> FloatArray:
-    """Return noise with the spectrum of the last tenth and random phases."""
+def _sound_share(samples: FloatArray, noise: np.floating[Any]) -> FloatArray:
+    """Return the share of the power that is not noise, smoothed, shape (n,)."""
+    from scipy.ndimage import uniform_filter1d
+
+    width = max(8, len(samples) // 100)
+    power = uniform_filter1d(samples**2, width, mode="nearest")
+    return 1.0 - np.minimum(1.0, noise / np.maximum(power, 1e-300))
+
+
+def _noise_like(quiet: FloatArray, count: int, rng: np.random.Generator) -> FloatArray:
+    """Return noise with the spectrum of a quiet part and random phases."""
     from scipy.fft import irfft, rfft
 
-    count = len(samples)
-    tail = samples[-max(16, count // 10) :]
-    power = np.abs(np.asarray(rfft(tail * np.hanning(len(tail))))) ** 2
+    power = np.abs(np.asarray(rfft(quiet * np.hanning(len(quiet))))) ** 2
     bins = count // 2 + 1
     spread = np.interp(np.linspace(0, 1, bins), np.linspace(0, 1, len(power)), power)
     phases = np.exp(2j * np.pi * rng.random(bins))
     noise = np.asarray(irfft(np.sqrt(spread) * phases, count))
     rms = np.sqrt(np.mean(noise**2))
-    return noise * (np.sqrt(np.mean(tail**2)) / rms) if rms > 0 else noise
+    return noise * (np.sqrt(np.mean(quiet**2)) / rms) if rms > 0 else noise
 
 
 def predicted_floor(
@@ -117,12 +132,11 @@ def predicted_floor(
         )
     floors = {}
     for symbol in symbols:
-        metric = METRICS[symbol]
-        both = [
-            float(metric.difference(a, b, sample_rate, flavour))
-            for t, g in zip(truths, guesses, strict=True)
-            for a, b in ((t, g), (g, t))
-        ]
-        kept = [v for v in both if np.isfinite(v)]
+        chosen = METRICS[symbol].flavour(flavour)
+        both = []
+        for pair in zip(truths, guesses, strict=True):
+            truth, guess = (chosen.describe(h, sample_rate) for h in pair)
+            both += [chosen.compare(truth, guess), chosen.compare(guess, truth)]
+        kept = [float(v) for v in both if np.isfinite(v)]
         floors[symbol] = float(np.mean(kept)) if kept else float("nan")
     return floors

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["OctaveEnvelope", "octave_envelopes", "usable_octaves"]
+__all__ = ["OctaveEnvelope", "octave_envelopes", "skirts", "usable_octaves"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -68,7 +68,7 @@ def octave_envelopes(
         low, high = center / 2**0.75, center * 2**0.75
         first, last = int(np.ceil(low / step)), int(np.floor(high / step)) + 1
         last = min(last, spectrum.shape[-1])
-        own = spectrum[..., first:last] * _skirts(np.arange(first, last) * step, center)
+        own = spectrum[..., first:last] * skirts(np.arange(first, last) * step, center)
         small = int(next_fast_len(2 * (last - first)) or 0)
         middle = round(center / step) - first
         moved = np.zeros((*own.shape[:-1], small), dtype=np.complex128)
@@ -86,7 +86,7 @@ def octave_envelopes(
     return result
 
 
-def _skirts(frequencies: NDArray[Any], center: float) -> FloatArray:
+def skirts(frequencies: NDArray[Any], center: float) -> FloatArray:
     """Return a magnitude of 1 inside the octave, 0 half an octave outside."""
     away = np.abs(np.log2(frequencies / center))
     return np.cos(np.pi / 2 * np.clip((away - 0.25) / 0.5, 0, 1))

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from analysis.likeness.faults import Fault, Limits, name_faults
 from analysis.likeness.fit import SwapFit, fit_swap
+from analysis.likeness.quiet import quiet_part
 
-__all__ = ["RoomLikeness", "fit_room", "noise_levels"]
+__all__ = ["RoomLikeness", "fit_room", "noise_levels", "noise_power"]
 
 FloatArray = NDArray[np.float64]
 
@@ -37,13 +38,17 @@ class RoomLikeness:
         return float(np.mean(having)) if having else 0.0
 
 
-def noise_levels(responses: FloatArray) -> FloatArray:
-    """Return the power of the last tenth over the peak power [dB], shape (...)."""
-    tail = max(1, responses.shape[-1] // 10)
-    power = np.mean(responses[..., -tail:] ** 2, axis=-1)
+def noise_levels(responses: FloatArray, sample_rate: int) -> FloatArray:
+    """Return noise power over peak power of responses (k, n) [dB], shape (k,)."""
+    power = np.array([noise_power(h, sample_rate) for h in responses])
     peak = np.max(responses**2, axis=-1)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(10 * np.log10(power / peak))
+
+
+def noise_power(samples: FloatArray, sample_rate: int) -> float:
+    """Return the mean square of the quiet part of a response."""
+    return float(np.mean(quiet_part(samples, sample_rate) ** 2))
 
 
 def fit_room(
@@ -66,7 +71,7 @@ def fit_room(
     limits : Limits, optional
         From which sizes on something is a fault.
     """
-    levels = np.array([_tail_power(h) for h in (*forward, *reverse)])
+    levels = np.array([noise_power(h, sample_rate) for h in (*forward, *reverse)])
     levels = levels.reshape(2, -1).T
     fits = [fit_swap(f, r, sample_rate) for f, r in zip(forward, reverse, strict=True)]
     alike = _partners(forward, reverse, sample_rate)
@@ -83,13 +88,10 @@ def fit_room(
         )
         for k, fit in enumerate(fits)
     ]
-    relative = np.stack([noise_levels(np.stack(h)) for h in (forward, reverse)], 1)
+    relative = np.stack(
+        [noise_levels(np.stack(h), sample_rate) for h in (forward, reverse)], axis=1
+    )
     return RoomLikeness(fits, faults, relative)
-
-
-def _tail_power(samples: FloatArray) -> float:
-    tail = max(1, len(samples) // 10)
-    return float(np.mean(samples[-tail:] ** 2))
 
 
 def _typical(levels: FloatArray) -> float:

@@ -88,7 +88,7 @@ class TrialBox:
     def _band(self, bins: int, count: int) -> FloatArray:
         """Return the band of a loudspeaker, 80 Hz to 0.42 of the sample rate."""
         f = np.arange(bins) * self.sample_rate / count
-        high = 1 / (1 + (f / (0.42 * self.sample_rate)) ** 16)
+        high = 1 / (1 + (f / (0.42 * self.sample_rate)) ** 64)
         return high * (f**4 / (f**4 + 80.0**4))
 
 

@@ -33,12 +33,16 @@ class Flavour:
         axes broadcast. NaN where the difference is not defined.
     source : str
         Where the definition comes from.
+    matrix : callable, optional
+        ``matrix(described) -> (n, n)``, all ordered comparisons [truth, prediction]
+        of n responses at once, where that is much faster than one by one.
     """
 
     version: str
     describe: Callable[[FloatArray, int], Features]
     compare: Callable[[Features, Features], FloatArray]
     source: str
+    matrix: Callable[[Features], FloatArray] | None = None
 
 
 @dataclass(frozen=True)

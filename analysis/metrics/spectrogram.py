@@ -61,6 +61,14 @@ def compare_spectrograms(truth: Features, prediction: Features) -> FloatArray:
     return total / len(truth)
 
 
+def spectrogram_matrix(described: Features) -> FloatArray:
+    """Return `compare_spectrograms` of all ordered pairs of responses."""
+    from analysis.metrics.spectrogram_kernel import spectral_error_matrix
+
+    total = sum(spectral_error_matrix(part) for part in described)
+    return np.asarray(total / len(described))
+
+
 def raf_spectrogram(samples: FloatArray, sample_rate: int) -> Features:
     """Return ln(|STFT| + 1e-3) of 1024/512/256 frames, half that under 44.1 kHz."""
     size = 1024 if sample_rate >= 44100 else 512
@@ -92,6 +100,7 @@ SPECTROGRAM = METRICS.add("STFT")(
                 paper_spectrograms,
                 compare_spectrograms,
                 "Yamamoto et al. 2020, as evaluated with AVR (Lan et al. 2024)",
+                spectrogram_matrix,
             ),
             "raf": Flavour(
                 "raf-1",

@@ -36,7 +36,9 @@ def session_quality(dataset: Dataset, room: RoomDistances) -> dict[str, Any]:
     accepted = np.asarray(dataset.table["accepted"], bool)[rows]
     noise = np.concatenate(
         [
-            noise_levels(np.asarray(dataset.responses[part], float))
+            noise_levels(
+                np.asarray(dataset.responses[part], float), dataset.sample_rate
+            )
             for part in np.array_split(used, max(1, len(used) // 64))
         ]
     )
