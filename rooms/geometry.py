@@ -1,15 +1,49 @@
 """Shapes of rooms: what an effect may ask of any of them."""
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rir.errors import SceneError
 
-__all__ = ["Shoebox"]
+__all__ = ["Geometry", "Shoebox"]
 
 FloatArray = NDArray[np.float64]
+
+
+class Geometry(Protocol):
+    """What effects and statistics ask of any shape."""
+
+    @property
+    def volume(self) -> float:
+        """Volume of the air [m³]."""
+        ...
+
+    @property
+    def areas(self) -> FloatArray:
+        """Area of each surface [m²], shape (surfaces,)."""
+        ...
+
+    @property
+    def center(self) -> FloatArray:
+        """Middle of the room [m], shape (3,)."""
+        ...
+
+    @property
+    def size(self) -> FloatArray:
+        """Lengths of the bounding box [m], shape (3,)."""
+        ...
+
+    @property
+    def surfaces(self) -> int:
+        """Number of surfaces with a material of their own."""
+        ...
+
+    def outside(self, points: ArrayLike) -> NDArray[np.bool_]:
+        """Tell which points, shape (N, 3), do not lie in the air."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)

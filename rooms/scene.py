@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from rir import GainPattern, RoomSpec
 from rir.errors import SceneError
 from rir.physics import octave_centers
 from rir.room import WALLS, Air
-from rooms.geometry import Shoebox
+from rooms.geometry import Geometry, Shoebox
 
 __all__ = ["Scene"]
 
@@ -70,7 +71,7 @@ class Scene:
 
     Parameters
     ----------
-    geometry : Shoebox
+    geometry : Shoebox or MeshGeometry
         Shape of the room.
     absorption, scattering, transmission : ndarray, shape (surfaces, bands)
         Shares of the energy arriving at each surface, per octave.
@@ -88,7 +89,7 @@ class Scene:
     np.float64(0.515)
     """
 
-    geometry: Shoebox
+    geometry: Geometry
     absorption: FloatArray
     scattering: FloatArray
     transmission: FloatArray
@@ -161,6 +162,62 @@ class Scene:
             name=room.name,
         )
         return replace(scene, **changes)
+
+    @staticmethod
+    def from_mesh(path: Any, materials: Any = None, **changes: Any) -> "Scene":
+        """Return the scene of a mesh file (OBJ, PLY, GLB, STL).
+
+        Parameters
+        ----------
+        path : str or Path
+            The mesh; it need not be watertight, see `remarks`.
+        materials : str, float or mapping, optional
+            See `rooms.surfaces.resolve_surfaces`; without it the names of the
+            mesh's own materials are looked up in the bundled table.
+        **changes
+            Any field of `Scene`.
+        """
+        from rooms.mesh import MeshGeometry
+
+        geometry = MeshGeometry.from_file(path)
+        named = {"name": Path(path).stem, **changes}
+        return Scene.of_geometry(geometry, materials, **named)
+
+    @staticmethod
+    def extruded(
+        outline: ArrayLike, height: float, materials: Any = 0.2, **changes: Any
+    ) -> "Scene":
+        """Return a room with vertical walls on a floor plan.
+
+        Parameters
+        ----------
+        outline : array_like, shape (n, 2)
+            Corners of the floor [m], in order.
+        height : float
+            Height of the ceiling [m].
+        materials : str, float or mapping
+            See `rooms.surfaces.resolve_surfaces`; the surfaces are called
+            ``floor``, ``ceiling``, ``wall0``, ``wall1``, ….
+        **changes
+            Any field of `Scene`.
+        """
+        from rooms.mesh import MeshGeometry
+
+        geometry = MeshGeometry.extruded(outline, height)
+        return Scene.of_geometry(geometry, materials, **changes)
+
+    @staticmethod
+    def of_geometry(geometry: Any, materials: Any, **changes: Any) -> "Scene":
+        """Return the scene of a mesh geometry with named surfaces."""
+        from rooms.surfaces import resolve_surfaces
+
+        shares = resolve_surfaces(geometry.surface_names, materials)
+        return replace(Scene(geometry, *shares), **changes)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What was repaired in the geometry, or left open."""
+        return tuple(getattr(self.geometry, "report", ()))
 
     @property
     def mean_absorption(self) -> FloatArray:

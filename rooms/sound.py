@@ -112,7 +112,7 @@ class Waves:
         a twin that leaves along `other` and arrives from `one`.
     sign : ndarray, shape (n,)
         +1 or -1.
-    amplitude : ndarray, shape (steps, bands)
+    amplitude : ndarray, shape (1 or listeners, steps, bands)
         Amplitude of one wave as a function of its arrival.
     step : float
         Spacing of `amplitude` [s].

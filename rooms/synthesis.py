@@ -223,12 +223,12 @@ class _Renderer:
         emitter_at = (sound.emitter.position - waves.center) / c
         listener_at = (listener.position - waves.center) / c
         first = sound.emitter.distance(listener) / c
+        amplitude = waves.amplitude[index % len(waves.amplitude)]
         parts = []
         for leave, reach in ((waves.one, waves.other), (waves.other, waves.one)):
             delay = waves.time - (leave @ emitter_at + reach @ listener_at)
-            last = len(waves.amplitude) - 1
-            step = np.clip((delay / waves.step).astype(int), 0, last)
-            gain = waves.amplitude[step] * waves.sign[:, None]
+            step = np.clip((delay / waves.step).astype(int), 0, len(amplitude) - 1)
+            gain = amplitude[step] * waves.sign[:, None]
             gain[delay < first] = 0.0
             if sound.patterns is not None:
                 gain *= self._weight(listener.orientation, leave, reach)

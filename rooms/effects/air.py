@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from rooms.effects.effect import Effect, Tolerance, Verdict
+from rooms.effects.effect import Effect, Tolerance, Verdict, judged
+from rooms.predict import predicted_errors
 from rooms.scene import Scene
 from rooms.sound import Budget, Sound
 
@@ -10,18 +11,14 @@ __all__ = ["AIR"]
 
 
 def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Verdict:
-    """Judge by the attenuation over the response and the change of decay."""
-    inside = scene.bands < budget.sample_rate / 2
-    loss_db = scene.air.absorption(scene.bands)[inside]
-    way = scene.speed_of_sound * budget.duration
-    level = float(loss_db.max() * way)
-    with_air, without = scene.eyring_t60(), scene.eyring_t60(air=False)
-    with np.errstate(invalid="ignore"):
-        change = float(np.nan_to_num(100 * (1 - with_air / without))[inside].max())
-    on = level > tolerance.level_db or change > tolerance.reverberation_percent
-    reason = f"{level:.1f} dB over {way:.0f} m in the highest octave"
-    errors = {"level_db": level, "reverberation_percent": change}
-    return Verdict(on, reason, errors)
+    """Judge by the predicted change of decay, clarity and level."""
+    errors = predicted_errors(scene, budget.duration, budget.sample_rate, air=False)
+    heard = scene.bands < budget.sample_rate / 2
+    loss = scene.air.absorption(scene.bands)[heard].max(initial=0.0)
+    across = float(np.linalg.norm(scene.geometry.size))
+    errors["level_db"] = max(errors["level_db"], float(loss) * across)
+    why = f"{100 * loss:.1f} dB per 100 m in the highest octave"
+    return judged(tolerance, errors, why, 3e-7 * budget.n_samples)
 
 
 def apply(scene: Scene, sound: Sound) -> None:

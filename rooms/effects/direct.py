@@ -1,8 +1,10 @@
 """The direct sound: 1/d at distance d."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rooms.effects.effect import Effect, Tolerance, Verdict
+from rooms.geometry import Shoebox
 from rooms.scene import Scene
 from rooms.sound import Arrivals, Budget, Sound
 
@@ -26,6 +28,8 @@ def apply(scene: Scene, sound: Sound) -> None:
     facing = np.where(apart[:, None], way, sound.emitter.forward)
     facing = facing / np.where(apart, distance, 1.0)[:, None]
     gain = 1 / np.maximum(distance, NEAREST)
+    if not isinstance(scene.geometry, Shoebox):
+        gain = gain * _in_sight(scene, sound)
     sound.arrivals.append(
         Arrivals(
             listener=np.arange(len(distance)),
@@ -36,6 +40,14 @@ def apply(scene: Scene, sound: Sound) -> None:
             order=np.zeros(len(distance), dtype=np.int64),
         )
     )
+
+
+def _in_sight(scene: Scene, sound: Sound) -> NDArray[np.bool_]:
+    from rooms.mesh import find_paths
+
+    places = sound.emitter.position, sound.listeners.positions
+    seen = find_paths(scene.geometry, *places, max_order=0).listener  # pyright: ignore[reportArgumentType]
+    return np.isin(np.arange(len(sound.listeners)), seen)
 
 
 DIRECT = Effect("direct", "the straight way", needed, apply)

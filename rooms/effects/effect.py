@@ -1,12 +1,22 @@
 """What every effect is: a name, a judgement of when it matters, and an action."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 
 from rooms.scene import Scene
 from rooms.sound import Budget, Sound
 
-__all__ = ["Effect", "Tolerance", "Verdict"]
+__all__ = ["Effect", "Tolerance", "Verdict", "judged"]
+
+_MARGIN = 0.6
+"""Predictions are means over a room; single places stray, so ask for less."""
+
+_UNITS = {
+    "level_db": ("level", "dB"),
+    "reverberation_percent": ("T60", "%"),
+    "clarity_db": ("C50", "dB"),
+    "early_decay_percent": ("EDT", "%"),
+}
 
 
 @dataclass(frozen=True)
@@ -22,6 +32,15 @@ class Tolerance:
     clarity_db: float = 1.0
     early_decay_percent: float = 5.0
 
+    def exceeded(self, errors: dict[str, float]) -> list[str]:
+        """Return the kinds of error that predictions come too close to."""
+        limits = asdict(self)
+        return [
+            kind
+            for kind, error in errors.items()
+            if error > _MARGIN * limits.get(kind, float("inf"))
+        ]
+
 
 @dataclass(frozen=True)
 class Verdict:
@@ -35,11 +54,34 @@ class Verdict:
         One clause with the deciding numbers.
     errors : dict
         Predicted errors if it is left out: "level_db", "reverberation_percent", …
+    cost_s : float
+        Estimated processor time for one pair [s].
     """
 
     on: bool
     reason: str
     errors: dict[str, float] = field(default_factory=dict)
+    cost_s: float = 0.0
+
+    @property
+    def shown_errors(self) -> str:
+        """The predicted errors in words."""
+        parts = [
+            f"{_UNITS[kind][0]} {error:.2g} {_UNITS[kind][1]}"
+            for kind, error in self.errors.items()
+            if kind in _UNITS and error == error and error != float("inf")
+        ]
+        return ", ".join(parts) or ("everything" if self.errors else "none")
+
+
+def judged(
+    tolerance: Tolerance, errors: dict[str, float], why: str, cost_s: float = 0.0
+) -> Verdict:
+    """Return the verdict that predicted errors call for."""
+    over = tolerance.exceeded(errors)
+    names = ", ".join(_UNITS[kind][0] for kind in over)
+    reason = f"{why}: needed for {names}" if over else f"{why}: below the tolerance"
+    return Verdict(bool(over), reason, errors, cost_s)
 
 
 @dataclass(frozen=True)

@@ -9,15 +9,26 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from rir.physics import decibels
 from rooms.energy_flow import EnergyFlow, energy_flow
 from rooms.geometry import Shoebox
+from rooms.predict import equivalent_box
 from rooms.scene import Scene
-from rooms.sound import Sound
+from rooms.sound import Budget, Sound
 
-__all__ = ["STEP", "flow_of", "handover_time"]
+__all__ = [
+    "MESH_ORDER",
+    "flow_energy",
+    "flow_of",
+    "handover_time",
+    "missing_energy",
+]
 
 STEP = 0.001
 """Time resolution of the energy flow [s]."""
+
+MESH_ORDER = 3
+"""Reflection order listed in rooms that are not boxes, unless another is asked for."""
 
 _NEGLIGIBLE = 1e-4
 """Share of the energy below which images need no list of their own (-40 dB)."""
@@ -49,3 +60,39 @@ def handover_time(scene: Scene, sound: Sound) -> float:
     strong: NDArray[np.bool_] = np.any(share > _NEGLIGIBLE, axis=1)
     last = int(np.max(np.nonzero(strong)[0], initial=0))
     return min(float(flow.times[last] + STEP), sound.budget.duration)
+
+
+def missing_energy(scene: Scene, budget: Budget) -> dict[str, float]:
+    """Predict what the energy in no listed path contributes; empty if there is none."""
+    box = equivalent_box(scene)
+    order = budget.max_order
+    if not isinstance(scene.geometry, Shoebox) and order is None:
+        order = MESH_ORDER
+    times = (np.arange(100) + 0.5) * budget.duration / 100
+    flow = energy_flow(box, times, scattering=box.scattering, max_order=order)
+    left_out = flow.scattered + flow.beyond
+    if not np.any(left_out):
+        return {}
+    listed = flow.images.sum(axis=0) * budget.duration / 100
+    extra = left_out.sum(axis=0) * budget.duration / 100
+    level = float(np.max(decibels(1 + extra / np.maximum(listed, 1e-12))))
+    share = float(np.max(extra / (listed + extra)))
+    return {"level_db": level, "reverberation_percent": 100 * share}
+
+
+def flow_energy(scene: Scene, sound: Sound) -> tuple[NDArray[np.float64], float]:
+    """Return the energy per second that the images of a box leave out, and its step.
+
+    Returns
+    -------
+    energy : ndarray, shape (1, steps, bands)
+        The same for all listeners.
+    step : float
+        Time step [s].
+    """
+    flow = flow_of(scene, sound)
+    energy = flow.scattered + flow.beyond
+    if sound.lattice is not None:
+        after = flow.times >= handover_time(scene, sound)
+        energy = energy + np.where(after[:, None], flow.images, 0.0)
+    return energy[None], STEP

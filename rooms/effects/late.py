@@ -9,9 +9,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from rir.physics import decibels
-from rooms.effects.effect import Effect, Tolerance, Verdict
-from rooms.effects.handover import STEP, flow_of, handover_time
+from rooms.effects import scattering
+from rooms.effects.effect import Effect, Tolerance, Verdict, judged
+from rooms.effects.handover import flow_energy, missing_energy
+from rooms.effects.traced import traced_energy
 from rooms.geometry import Shoebox
 from rooms.scene import Scene
 from rooms.sound import Budget, Sound, Waves
@@ -23,15 +24,15 @@ _WAVES_PER_SAMPLE = 0.5
 
 
 def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Verdict:
-    """Judge by the share of energy that leaves the listed paths."""
-    if not np.any(scene.scattering) and budget.max_order is None:
+    """Judge by the energy that the listed images leave out."""
+    errors = missing_energy(scene, budget)
+    if not errors:
         return Verdict(False, "every image is listed and nothing scatters")
-    areas = scene.geometry.areas
-    mean = float((areas @ scene.scattering / areas.sum()).max())
-    error = float(-decibels(max(1 - mean, 1e-3)) * 2)
-    on = error > tolerance.level_db / 10 or budget.max_order is not None
-    reason = f"surfaces scatter up to {mean:.2f} of each reflection"
-    return Verdict(on, reason, {"level_db": error, "reverberation_percent": 100.0})
+    why = "scattered" if np.any(scene.scattering) else "high-order"
+    cost = 2e-7 * budget.n_samples
+    if scattering.needed(scene, budget, tolerance).on:
+        return Verdict(True, "it carries what scattering takes", errors, cost)
+    return judged(tolerance, errors, f"{why} energy in no listed path", cost)
 
 
 @lru_cache(maxsize=4)
@@ -49,13 +50,9 @@ def _draw(
 
 def apply(scene: Scene, sound: Sound) -> None:
     """Add waves carrying the scattered energy and that of the images not listed."""
-    if not isinstance(scene.geometry, Shoebox):
-        return
-    flow, budget = flow_of(scene, sound), sound.budget
-    energy = flow.scattered + flow.beyond
-    if sound.lattice is not None:
-        after = flow.times >= handover_time(scene, sound)
-        energy = energy + np.where(after[:, None], flow.images, 0.0)
+    budget = sound.budget
+    boxed = isinstance(scene.geometry, Shoebox) and budget.rays is None
+    energy, step = (flow_energy if boxed else traced_energy)(scene, sound)
     if not np.any(energy):
         return
     across = float(np.linalg.norm(scene.geometry.size)) / scene.speed_of_sound
@@ -64,7 +61,7 @@ def apply(scene: Scene, sound: Sound) -> None:
     time, one, other, sign = _draw(budget.seed, count, spacing, -across)
     amplitude = np.sqrt(energy * spacing / 2)
     center = scene.geometry.center
-    sound.waves = Waves(time, one, other, sign, amplitude, STEP, center)
+    sound.waves = Waves(time, one, other, sign, amplitude, step, center)
 
 
 LATE = Effect("late", "diffuse tail of random plane waves", needed, apply)

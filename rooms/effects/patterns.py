@@ -4,7 +4,7 @@ import numpy as np
 
 from rir import GainPattern
 from rir.physics import decibels
-from rooms.effects.effect import Effect, Tolerance, Verdict
+from rooms.effects.effect import Effect, Tolerance, Verdict, judged
 from rooms.scene import Scene
 from rooms.sound import Budget, Sound
 
@@ -12,21 +12,22 @@ __all__ = ["PATTERNS"]
 
 
 def _deviation_db(pattern: GainPattern) -> float:
-    """Return how far the pattern strays from omni, in the mean over the sphere."""
-    rest = pattern.coefficients.copy()
-    rest[:, 0] -= np.sqrt(4 * np.pi)
-    stray = np.sum(rest**2, axis=1) / (4 * np.pi)
-    return float(decibels((1 + np.sqrt(stray.max())) ** 2))
+    """Return the largest deviation from omni over 200 directions, at most 60 dB."""
+    turn = np.arange(200) + 0.5
+    z, azimuth = 1 - turn / 100, turn * np.pi * (3 - np.sqrt(5))
+    flat = np.sqrt(1 - z**2)
+    grid = np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), z], axis=1)
+    level = decibels(np.maximum(pattern.gain(grid) ** 2, 1e-6))
+    return float(np.abs(level).max())
 
 
 def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Verdict:
     """Judge by the larger deviation of the two patterns from omni."""
-    del budget
     worst = max(_deviation_db(scene.emitter_gain), _deviation_db(scene.listener_gain))
-    on = worst > tolerance.level_db
-    word = "stray" if on else "stray only"
-    reason = f"the patterns {word} {worst:.2f} dB from omni"
-    return Verdict(on, reason, {"level_db": worst})
+    if worst < 1e-6:
+        return Verdict(False, "both patterns are omnidirectional")
+    why = f"gains stray up to {worst:.1f} dB from omni"
+    return judged(tolerance, {"level_db": worst}, why, 6e-7 * budget.n_samples)
 
 
 def apply(scene: Scene, sound: Sound) -> None:

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from rir.physics import decibels
-from rooms.effects.effect import Effect, Tolerance, Verdict
+from rooms.effects.effect import Effect, Tolerance, Verdict, judged
+from rooms.predict import predicted_errors
 from rooms.scene import Scene
 from rooms.sound import Budget, Sound
 
@@ -11,15 +11,15 @@ __all__ = ["SCATTERING"]
 
 
 def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Verdict:
-    """Judge by the specular energy lost over the bounces inside the response."""
+    """Judge by what mirrors alone would do to decay, clarity and level."""
+    if not np.any(scene.scattering):
+        return Verdict(False, "no surface scatters")
+    errors = predicted_errors(
+        scene, budget.duration, budget.sample_rate, scattering=False
+    )
     areas = scene.geometry.areas
     mean = float((areas @ scene.scattering / areas.sum()).max())
-    path = 4 * scene.geometry.volume / areas.sum()
-    bounces = scene.speed_of_sound * budget.duration / path
-    lost = float(np.minimum(-decibels(max(1 - mean, 1e-12)) * bounces, 200.0))
-    on = lost > tolerance.level_db
-    reason = f"up to {mean:.2f} at each of {bounces:.0f} bounces"
-    return Verdict(on, reason, {"level_db": lost})
+    return judged(tolerance, errors, f"surfaces scatter up to {mean:.2f}")
 
 
 def apply(scene: Scene, sound: Sound) -> None:

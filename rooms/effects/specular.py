@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from rir.physics import decibels
-from rooms.effects.effect import Effect, Tolerance, Verdict
-from rooms.effects.handover import handover_time
+from rooms.effects.effect import Effect, Tolerance, Verdict, judged
+from rooms.effects.handover import MESH_ORDER, handover_time
 from rooms.geometry import Shoebox
+from rooms.predict import predicted_errors
 from rooms.scene import Scene
-from rooms.sound import Budget, Lattice, Sound
+from rooms.sound import Arrivals, Budget, Lattice, Sound
 
 __all__ = ["SPECULAR"]
 
@@ -15,23 +15,54 @@ _ANY_ORDER = 1 << 30
 
 
 def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Verdict:
-    """Judge by the energy of the strongest reflections against the direct sound."""
-    del budget
-    kept = float(1 - scene.absorption.min())
-    level = float(decibels(1 + 6 * kept / 4))
-    on = level > tolerance.level_db / 10
-    reason = f"walls return up to {100 * kept:.0f} % of the energy"
-    return Verdict(on, reason, {"level_db": level, "reverberation_percent": 100.0})
+    """Judge by what the direct sound alone would sound like."""
+    errors = predicted_errors(
+        scene, budget.duration, budget.sample_rate, reflections=False
+    )
+    kept = 100 * float(1 - scene.absorption.min())
+    why = f"walls return up to {kept:.0f} % of the energy"
+    reach = scene.speed_of_sound * budget.duration
+    images = 4 / 3 * np.pi * reach**3 / scene.geometry.volume
+    return judged(tolerance, errors, why, 3e-8 * min(images, 1e7))
 
 
 def apply(scene: Scene, sound: Sound) -> None:
-    """Add every image whose sound arrives inside the response."""
+    """Add every mirror path: all images of a box, or the valid ones of a mesh."""
     geometry, budget = scene.geometry, sound.budget
-    if not isinstance(geometry, Shoebox) or not np.any(sound.reflection):
+    if not np.any(sound.reflection):
+        return
+    if not isinstance(geometry, Shoebox):
+        sound.arrivals.append(_mesh_paths(scene, sound))
         return
     order = _ANY_ORDER if budget.max_order is None else budget.max_order
-    until = handover_time(scene, sound)
+    until = budget.duration
+    if budget.rays is not None:
+        order = MESH_ORDER if budget.max_order is None else budget.max_order
+    else:
+        until = handover_time(scene, sound)
     sound.lattice = Lattice(geometry.size, sound.reflection, order, until)
+
+
+def _mesh_paths(scene: Scene, sound: Sound) -> Arrivals:
+    from rooms.mesh import find_paths
+
+    order = sound.budget.max_order
+    paths = find_paths(
+        scene.geometry,  # pyright: ignore[reportArgumentType]
+        sound.emitter.position,
+        sound.listeners.positions,
+        max_order=MESH_ORDER if order is None else order,
+        max_length=scene.speed_of_sound * sound.budget.duration,
+        direct=False,
+    )
+    return Arrivals(
+        listener=paths.listener,
+        delay=paths.length / scene.speed_of_sound,
+        gain=paths.gains(sound.reflection),
+        departure=paths.departure,
+        arrival=paths.arrival,
+        order=paths.order,
+    )
 
 
 SPECULAR = Effect("specular", "mirror reflections (image sources)", needed, apply)

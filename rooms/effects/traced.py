@@ -1,0 +1,58 @@
+"""Energy that no listed path carries, found by tracing rays.
+
+Used for rooms that are not boxes, and for boxes when rays are asked for.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rooms.effects.handover import MESH_ORDER
+from rooms.geometry import Shoebox
+from rooms.scene import Scene
+from rooms.sound import Sound
+
+__all__ = ["DEFAULT_RAYS", "traced_energy"]
+
+DEFAULT_RAYS = 20_000
+_STEP = 0.004
+
+
+def traced_energy(scene: Scene, sound: Sound) -> tuple[NDArray[np.float64], float]:
+    """Return the energy per second of each listener, (listeners, steps, bands)."""
+    from rooms.rays import trace_energy
+
+    budget = sound.budget
+    spread = sound.scattering
+    histogram = trace_energy(
+        meshed(scene),
+        scene.absorption,
+        np.zeros_like(scene.absorption) if spread is None else spread,
+        sound.emitter.position[None],
+        sound.listeners.positions,
+        rays=DEFAULT_RAYS if budget.rays is None else budget.rays,
+        duration=budget.duration,
+        time_step=_STEP,
+        speed_of_sound=scene.speed_of_sound,
+        seed=budget.seed,
+        skip_specular_up_to=_listed_order(sound),
+    )
+    energy = np.moveaxis(histogram.energy[0], 1, 2) / histogram.time_step
+    return energy, histogram.time_step
+
+
+def _listed_order(sound: Sound) -> int:
+    """Return up to which order mirror paths are listed singly."""
+    order = MESH_ORDER if sound.budget.max_order is None else sound.budget.max_order
+    listed = sound.lattice is not None or len(sound.arrivals) > 1
+    return order if listed else 0
+
+
+def meshed(scene: Scene) -> Any:
+    """Return the geometry as a mesh whose surfaces are numbered like the scene's."""
+    if not isinstance(scene.geometry, Shoebox):
+        return scene.geometry
+    from rooms.mesh import MeshGeometry
+
+    return MeshGeometry.box(scene.geometry.size)

@@ -1,0 +1,149 @@
+"""Predict room-acoustic parameters from the mean energy flow, without simulating."""
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rir.physics import decibels
+from rooms.energy_flow import energy_flow
+from rooms.geometry import Shoebox
+from rooms.scene import Scene
+
+__all__ = ["Parameters", "predict_parameters", "predicted_errors"]
+
+FloatArray = NDArray[np.float64]
+_STEPS = 200
+
+
+@dataclass(frozen=True, eq=False)
+class Parameters:
+    """Parameters per octave, each of shape (bands,); NaN where undefined."""
+
+    level_db: FloatArray
+    reverberation: FloatArray
+    clarity_db: FloatArray
+    early_decay: FloatArray
+
+
+def equivalent_box(scene: Scene) -> Scene:
+    """Return a scene whose shape is a box: the scene itself, or one of equal volume.
+
+    Another shape becomes its bounding box scaled to its volume, every wall with
+    the mean absorption and scattering: enough for statistics.
+    """
+    geometry = scene.geometry
+    if isinstance(geometry, Shoebox):
+        return scene
+    size = np.maximum(np.asarray(geometry.size, dtype=float), 1e-3)
+    size = size * (geometry.volume / np.prod(size)) ** (1 / 3)
+    weights = geometry.areas / geometry.areas.sum()
+    shares = {
+        name: np.tile(weights @ getattr(scene, name), (6, 1))
+        for name in ("absorption", "scattering", "transmission")
+    }
+    return replace(scene, geometry=Shoebox(size), **shares)
+
+
+@lru_cache(maxsize=64)
+def predict_parameters(
+    scene: Scene,
+    duration: float,
+    *,
+    scattering: bool = True,
+    air: bool = True,
+    reflections: bool = True,
+) -> Parameters:
+    """Predict the parameters of a typical pair of places, with effects on or off.
+
+    Parameters
+    ----------
+    scene : Scene
+        Any scene; shapes other than boxes are taken as `equivalent_box`.
+    duration : float
+        Length of the response [s].
+    scattering, air, reflections : bool
+        What is in force.
+    """
+    box = equivalent_box(scene)
+    times = (np.arange(_STEPS) + 0.5) * duration / _STEPS
+    flow = energy_flow(box, times, scattering=box.scattering if scattering else None)
+    energy = (flow.images + flow.scattered) * duration / _STEPS
+    distance = max(0.4 * float(np.cbrt(box.geometry.volume)), 1e-3)
+    energy[times < distance / box.speed_of_sound] = 0.0
+    if not reflections:
+        energy[:] = 0.0
+    direct = np.full(energy.shape[1], 1 / distance**2)
+    if air:
+        energy *= np.exp(-box.air_loss * box.speed_of_sound * times[:, None])
+        direct *= np.exp(-box.air_loss * distance)
+    return _parameters(energy, direct, times - times[0])
+
+
+def _parameters(
+    energy: FloatArray, direct: FloatArray, times: FloatArray
+) -> Parameters:
+    left = np.cumsum(energy[::-1], axis=0)[::-1]
+    total = left[0] + direct
+    early = direct + energy[times < 0.05].sum(axis=0)
+    curve = np.maximum(decibels(left / total), -200.0)
+    with np.errstate(divide="ignore"):
+        clarity = decibels(early / np.maximum(total - early, 1e-30 * total))
+    decay = np.maximum(decibels(left / np.maximum(left[0], 1e-300)), -200.0)
+    return Parameters(
+        level_db=decibels(total),
+        reverberation=_slopes(times, decay, -5, -35),
+        clarity_db=np.minimum(clarity, 60.0),
+        early_decay=_slopes(times, curve, 0.1, -10),
+    )
+
+
+def _slopes(
+    times: FloatArray, curves: FloatArray, high: float, low: float
+) -> FloatArray:
+    """Return 60 dB over the slope of each curve between two levels [s]."""
+    slopes = np.full(curves.shape[1], np.nan)
+    for band, curve in enumerate(curves.T):
+        inside = (curve <= high) & (curve >= low)
+        if inside.sum() >= 3:
+            slopes[band] = -60 / np.polyfit(times[inside], curve[inside], 1)[0]
+    return slopes
+
+
+def predicted_errors(
+    scene: Scene, duration: float, sample_rate: int, **off: bool
+) -> dict[str, float]:
+    """Predict what leaving something off changes, the worst octave of each kind.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    duration : float
+        Length of the response [s].
+    sample_rate : int
+        Octaves above half of it do not count [Hz].
+    **off : bool
+        What is left off, as the switches of `predict_parameters`: ``air=False``.
+    """
+    heard = scene.bands < sample_rate / 2
+    heard[0] = True
+    full = predict_parameters(scene, duration)
+    less = predict_parameters(scene, duration, **off)
+
+    def worst(values: FloatArray) -> float:
+        kept = np.abs(values[heard])
+        return float(np.max(kept[np.isfinite(kept)], initial=0.0))
+
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return {
+            "level_db": worst(less.level_db - full.level_db),
+            "reverberation_percent": worst(
+                100 * (less.reverberation / full.reverberation - 1)
+            ),
+            "clarity_db": worst(less.clarity_db - full.clarity_db),
+            "early_decay_percent": worst(
+                100 * (less.early_decay / full.early_decay - 1)
+            ),
+        }
