@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from capture.faults import Fault
 from rir import Pose, RoomSpec
@@ -11,6 +11,7 @@ from rir.config import Config
 __all__ = [
     "Channels",
     "Device",
+    "Gains",
     "PairConfig",
     "PairsFile",
     "PlaceConfig",
@@ -91,6 +92,11 @@ class Channels(Config):
     microphone_offsets_m: tuple[Vector, ...] = ((0.0, 0.0, 0.0),)
     loudspeaker_offsets_m: tuple[Vector, ...] = ((0.0, 0.0, 0.0),)
 
+    @field_validator("loopback", mode="after")
+    @classmethod
+    def _none(cls, loopback: int | None) -> int | None:
+        return loopback or None
+
     @model_validator(mode="after")
     def _distinct(self) -> "Channels":
         inputs = [*self.microphones, *([self.loopback] if self.loopback else [])]
@@ -122,6 +128,15 @@ class Device(Config):
     stall_s: Annotated[float, Field(gt=0)] = 3.0
 
 
+class Gains(Config):
+    """What the knobs stand at, as a person read it; both directions need the same."""
+
+    preamp_db: float | None = None
+    output_db: float | None = None
+    pad_db: float | None = None
+    phantom: bool | None = None
+
+
 class Simulation(Config):
     """What the simulated interface adds to the world's own responses."""
 
@@ -150,11 +165,15 @@ class SessionConfig(Config):
     pairs: Annotated[list[PairConfig], Field(min_length=1)]
     takes: Annotated[int, Field(ge=1, le=99)] = 1
     retakes: Annotated[int, Field(ge=0, le=99)] = 2
+    stop_after: Annotated[int, Field(ge=1)] = 3
     seed: int = 0
     sample_rate: Annotated[int, Field(ge=8000, le=384000)] = 48000
     sweep: SweepConfig = SweepConfig()
     response_s: Annotated[float, Field(gt=0)] = 1.0
     pre_s: Annotated[float, Field(ge=0)] = 0.01
+    closure: bool = False
+    placement_sigma_mm: Annotated[float, Field(ge=0)] | None = None
+    gains: Gains = Gains()
     settle_s: Annotated[float, Field(ge=0)] = 2.0
     interface: str = "simulated"
     rig: str = "simulated"
@@ -173,4 +192,11 @@ class SessionConfig(Config):
     @property
     def simulated(self) -> bool:
         """Whether any part of what this session records is simulated."""
-        return self.interface == "simulated"
+        return "simulated" in (self.interface, self.rig)
+
+    @property
+    def position_sigma_m(self) -> float:
+        """Standard deviation of a device's place per axis [m]; 0 if not known."""
+        if self.placement_sigma_mm is not None:
+            return 1e-3 * self.placement_sigma_mm
+        return 1e-3 * self.simulation.placement_mm if self.simulation else 0.0

@@ -1,7 +1,7 @@
 """What a session will do, as data: it can be printed and checked before it runs."""
 
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from capture.config import PairConfig, SessionConfig
@@ -49,12 +49,14 @@ class Measure:
     listener: Pose
     takes: int = 1
     loudspeaker: int = 0
+    closure: bool = False
 
     @property
     def key(self) -> str:
-        """Name of what is measured: pair, direction and, past the first, speaker."""
+        """Name of what is measured: pair, direction, and what sets it apart."""
         speaker = f"-s{self.loudspeaker + 1}" if self.loudspeaker else ""
-        return f"{self.pair}_{self.direction}{speaker}"
+        closure = "-closure" if self.closure else ""
+        return f"{self.pair}_{self.direction}{speaker}{closure}"
 
     def __str__(self) -> str:
         return f"measure {self.key}, {self.takes} take{'s' * (self.takes > 1)}"
@@ -156,8 +158,19 @@ def build_plan(config: SessionConfig, move_s: float = 15.0) -> Plan:
         order: tuple[Direction, ...] = ("AB", "BA") if number % 2 == 0 else ("BA", "AB")
         for direction in order:
             steps += _one_way(pair, direction, config)
+    if config.closure:
+        steps += _closure(config)
     sweep = config.sweep
     return Plan(tuple(steps), sweep.noise_s + sweep.seconds + sweep.tail_s, move_s)
+
+
+def _closure(config: SessionConfig) -> list[Step]:
+    """Repeat the first direction at the end: what has drifted since shows here."""
+    first = config.pairs[0]
+    return [
+        replace(step, closure=True, takes=1) if isinstance(step, Measure) else step
+        for step in _one_way(first, "AB", config)
+    ]
 
 
 def _one_way(

@@ -39,9 +39,8 @@ class SessionState:
 
     takes: dict[str, TakeState] = field(default_factory=dict)
     started: dict[str, Event] = field(default_factory=dict)
-    failed: dict[str, int] = field(default_factory=dict)
+    used: dict[str, int] = field(default_factory=dict)
     first: Event = field(default_factory=dict)
-    finished: bool = False
 
     @staticmethod
     def of(events: Iterable[Event]) -> "SessionState":
@@ -63,13 +62,21 @@ class SessionState:
             self.takes[take.name] = take
         elif kind == "take_dropped":
             self.takes.pop(event["take"], None)
+        elif kind == "take_rejected":
+            self._reject(event["take"], event["reason"])
         elif kind == "take_failed":
-            self.failed[event["key"]] = max(
-                event["take_no"], self.failed.get(event["key"], 0)
-            )
-        self.finished = kind in {"session_finished", "dataset_built"} and (
-            kind == "session_finished" or self.finished
-        )
+            self._used(event["key"], event["take_no"])
+
+    def _reject(self, name: str, reason: str) -> None:
+        """Turn a good take into a bad one, found to be so afterwards."""
+        take = self.takes.get(name)
+        if take is not None:
+            event = {**take.event, "accepted": False, "reasons": [reason]}
+            self.takes[name] = TakeState(name, take.key, take.take_no, event)
+
+    def _used(self, key: str, take_no: int) -> None:
+        """Remember that a take's number is not to be given again."""
+        self.used[key] = max(take_no, self.used.get(key, 0))
 
     def accepted(self, key: str) -> list[TakeState]:
         """Return the good takes of a measure, in order."""
@@ -81,7 +88,7 @@ class SessionState:
     def next_take(self, key: str) -> int:
         """Return the number of the next take of a measure."""
         numbers = [take.take_no for take in self.takes.values() if take.key == key]
-        return 1 + max([0, self.failed.get(key, 0), *numbers])
+        return 1 + max([0, self.used.get(key, 0), *numbers])
 
     def missing(self, measure: Measure) -> int:
         """Return how many good takes a measure still needs."""

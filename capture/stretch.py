@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from capture.interfaces.drift import evaluate_stretched
 
-__all__ = ["apply_stretch", "estimate_stretch"]
+__all__ = ["apply_stretch", "estimate_stretch", "low_passed"]
 
 FloatArray = NDArray[np.float64]
 STAGES_HZ = (500.0, 1000.0, 2000.0, 4000.0, 8000.0)
@@ -28,6 +28,8 @@ def apply_stretch(response: FloatArray, stretch: float, shift: float) -> FloatAr
     shift : float
         Shift [samples].
     """
+    if stretch == 0.0 and shift == 0.0:
+        return response.copy()
     fft: Any = import_module("scipy.fft")
     n = len(response)
     n_fft = fft.next_fast_len(2 * n, real=True)
@@ -63,8 +65,8 @@ def estimate_stretch(
     for top in STAGES_HZ:
         if top > 0.45 * sample_rate:
             break
-        low = _low_passed(first, top, sample_rate)
-        target = _low_passed(second, top, sample_rate)
+        low = low_passed(first, top, sample_rate)
+        target = low_passed(second, top, sample_rate)
         for _ in range(ROUNDS):
             step = _step(apply_stretch(low, stretch, shift), target)
             stretch, shift = stretch + step[0], shift + step[1]
@@ -80,7 +82,8 @@ def _step(moved: FloatArray, target: FloatArray) -> tuple[float, float]:
     return float(solution[0]), float(solution[1])
 
 
-def _low_passed(response: FloatArray, top: float, sample_rate: int) -> FloatArray:
+def low_passed(response: FloatArray, top: float, sample_rate: int) -> FloatArray:
+    """Return a response below a frequency [Hz], in zero phase."""
     fft: Any = import_module("scipy.fft")
     n = fft.next_fast_len(2 * len(response), real=True)
     frequencies = fft.rfftfreq(n, 1 / sample_rate)

@@ -41,6 +41,10 @@ class SimulatedInterface:
         Rate [Hz]; the world's own.
     seed : int
         With the label of a take, the source of its noise.
+    n_microphones : int
+        How many listeners the world has.
+    level : float
+        Root mean square of the session's sweep; noise levels refer to it.
     """
 
     simulated = True
@@ -53,7 +57,9 @@ class SimulatedInterface:
         sample_rate: int,
         seed: int = 0,
         n_microphones: int = 1,
+        level: float = 1 / np.sqrt(2),
     ) -> None:
+        self._level = level
         self.sample_rate = sample_rate
         self.loopback: int | None = n_microphones
         self.n_inputs = n_microphones + 1
@@ -72,7 +78,7 @@ class SimulatedInterface:
         faults = [fault for fault in self._simulation.faults if fault.hits(label)]
         drift = sum(fault.amount for fault in faults if fault.kind == "drift")
         samples = driven.record(responses, 1e-6 * drift)
-        self._add_noise(samples, driven.level, take_rng(self._seed, label))
+        self._add_noise(samples, self._level, take_rng(self._seed, label))
         if faults:
             samples = spoil(
                 samples,
@@ -81,7 +87,7 @@ class SimulatedInterface:
                 seed=self._seed,
                 sample_rate=self.sample_rate,
                 played=driven.loopback,
-                level=driven.level,
+                level=self._level,
             )
         if not self._simulation.exact:
             samples = samples.astype(np.float32).astype(np.float64)
@@ -149,7 +155,6 @@ class _Driven:
             self.spectrum = fft.rfft(bent, self.n_fft) * delay
         if simulation.loudspeaker_response:
             self.spectrum = self.spectrum * loudspeaker_gain(frequencies * sample_rate)
-        self.level = float(np.sqrt(np.mean(signal[active[0] : end] ** 2)))
 
     def fits(self, signal: FloatArray, n_samples: int, tail: int) -> bool:
         """Tell whether this is the transform that a take needs."""
@@ -197,6 +202,7 @@ def _open(config: SessionConfig, around: Surroundings) -> SimulatedInterface:
         sample_rate=config.sample_rate,
         seed=config.seed,
         n_microphones=len(config.channels.microphones),
+        level=10 ** (config.sweep.amplitude_dbfs / 20) / np.sqrt(2),
     )
 
 

@@ -1,0 +1,168 @@
+"""Turn a take into responses and a verdict, the same way live and at a rebuild."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capture.config import SessionConfig
+from capture.deconvolve import Deconvolution, deconvolve
+from capture.interfaces.protocol import Recording
+from capture.journal import Event
+from capture.stage import mounted
+from capture.sweep import Sweep, synchronized_sweep
+from rir import Environment, Pose
+
+__all__ = ["Examiner", "Verdict", "session_sweep", "take_poses"]
+
+FloatArray = NDArray[np.float64]
+LOWEST_HZ = 5.0
+NYQUIST_SHARE = 0.47
+RETAKE_MARKS = ("clock_drift",)
+"""Soft marks that mean a wrong set-up when everything is on one interface."""
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """What the checks say of a take.
+
+    Attributes
+    ----------
+    accepted : bool
+        Whether the take may be used.
+    reasons : list of str
+        Why not, with the figure; empty when accepted.
+    marks : list of str
+        What was noticed but does no harm.
+    figures : dict
+        Every number the checks found.
+    response : ndarray, shape (microphones, pre + n)
+        The responses.
+    """
+
+    accepted: bool
+    reasons: list[str]
+    marks: list[str]
+    figures: dict[str, Any]
+    response: FloatArray = field(repr=False)
+
+
+def session_sweep(config: SessionConfig) -> Sweep:
+    """Return the sweep of a session: it runs an octave beyond the band if it can."""
+    low, high = config.sweep.band_hz
+    top = NYQUIST_SHARE * config.sample_rate
+    return synchronized_sweep(
+        max(low / 2, LOWEST_HZ),
+        max(top, high),
+        config.sweep.seconds,
+        config.sample_rate,
+        band=(low, high),
+        amplitude=10 ** (config.sweep.amplitude_dbfs / 20),
+    )
+
+
+def take_poses(config: SessionConfig, event: Event) -> tuple[Pose, list[Pose]]:
+    """Return the pose of the loudspeaker and of each microphone during a take."""
+    speaker = config.channels.loudspeaker_offsets_m[event.get("loudspeaker", 0)]
+    [emitter] = mounted(_pose(event["emitter"]), [speaker])
+    listeners = mounted(_pose(event["listener"]), config.channels.microphone_offsets_m)
+    return emitter, listeners
+
+
+def _pose(fields: dict[str, Any]) -> Pose:
+    return Pose(fields["position_m"], fields["orientation"])
+
+
+class Examiner:
+    """Judge the takes of one session.
+
+    Parameters
+    ----------
+    config : SessionConfig
+        What the session is.
+
+    Attributes
+    ----------
+    golden : ndarray or None
+        The loopback of the first good take; later takes are compared with it.
+    """
+
+    def __init__(self, config: SessionConfig) -> None:
+        self.config = config
+        self.golden: FloatArray | None = None
+        rate = config.sample_rate
+        self.n_noise = round(config.sweep.noise_s * rate)
+        self.n_tail = round(config.sweep.tail_s * rate)
+        self.length = round(config.response_s * rate)
+        self.pre = round(config.pre_s * rate)
+
+    @cached_property
+    def sweep(self) -> Sweep:
+        """The excitation."""
+        return session_sweep(self.config)
+
+    @cached_property
+    def signal(self) -> FloatArray:
+        """What is played: silence, sweep, silence; shape (n,)."""
+        sweep = np.asarray(self.sweep)
+        return np.concatenate((np.zeros(self.n_noise), sweep, np.zeros(self.n_tail)))
+
+    def examine(self, recording: Recording, event: Event) -> Verdict:
+        """Judge a take; the first good one becomes the golden loopback.
+
+        Parameters
+        ----------
+        recording : Recording
+            What the inputs heard.
+        event : dict
+            The take's ``take_started`` event: poses and air.
+        """
+        result = self.respond(recording.samples, event)
+        spoiling = [v for v in result.verdicts if v.hard or v.word in RETAKE_MARKS]
+        reasons = [verdict.text for verdict in spoiling]
+        reasons += [f"the driver reported {flag}" for flag in recording.flags]
+        marks = [v.text for v in result.verdicts if v not in spoiling]
+        verdict = Verdict(not reasons, reasons, marks, result.figures, result.response)
+        if verdict.accepted and self.golden is None:
+            self.set_golden(recording.samples)
+        return verdict
+
+    def set_golden(self, samples: FloatArray) -> None:
+        """Keep the loopback of a take as the one to compare with."""
+        if self.config.channels.loopback is not None:
+            self.golden = samples[-1].copy()
+
+    def respond(self, samples: FloatArray, event: Event) -> Deconvolution:
+        """Deconvolve a take.
+
+        Parameters
+        ----------
+        samples : ndarray, shape (channels, n)
+            Microphones, then the loopback.
+        event : dict
+            The take's ``take_started`` event.
+        """
+        looped = self.config.channels.loopback is not None
+        microphones = samples[:-1] if looped else samples[:, self.n_noise :]
+        return deconvolve(
+            microphones,
+            self.sweep,
+            self.config.sample_rate,
+            loopback=samples[-1] if looped else None,
+            band=self.config.sweep.band_hz,
+            length=self.length,
+            pre=self.pre,
+            golden=self.golden,
+            direct_delay=self._direct_delays(event) if looped else None,
+        )
+
+    def _direct_delays(self, event: Event) -> FloatArray | None:
+        """Return the expected arrival of the direct sound per microphone [s]."""
+        air = {key: value for key, value in event["air"].items() if value is not None}
+        speed = Environment(**air).speed_of_sound
+        if not np.isfinite(speed):
+            return None
+        emitter, listeners = take_poses(self.config, event)
+        return np.array([emitter.distance(pose) for pose in listeners]) / speed

@@ -1,0 +1,255 @@
+"""Set the stage of a session: rigs, interface, sensor and clock in one world."""
+
+import hashlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from capture.config import SessionConfig, Simulation
+from capture.interfaces import INTERFACES, AudioInterface, Surroundings
+from capture.movers import Mover, Person, RigPair
+from capture.randomness import take_rng
+from capture.sensors import AirSensor, NoSensor, SimulatedAir
+from rigs import (
+    Carriers,
+    Clock,
+    Envelope,
+    KeepOut,
+    SimulatedRig,
+    SystemClock,
+    VirtualClock,
+    load_rig,
+)
+from rir import ConfigError, Dataset, Environment, GainPattern, Pose, RoomSpec
+from rir.pose import rotate
+
+__all__ = ["Stage", "Voice", "build_mover", "set_stage"]
+
+
+@dataclass
+class Stage:
+    """Everything a session works with."""
+
+    mover: Mover
+    open_interface: Callable[[], AudioInterface]
+    sensor: AirSensor
+    clock: Clock
+    world: Any = None
+    """The simulated room, if there is one."""
+
+
+class Voice(Protocol):
+    """What talks with the operator."""
+
+    def ask(self, text: str) -> str:
+        """Show a text, wait for a line and return it."""
+        ...
+
+    def say(self, text: str) -> None:
+        """Show a text."""
+        ...
+
+
+def room_envelope(room: RoomSpec) -> Envelope:
+    """Return the free air of a room as the reach of a rig."""
+    boxes = tuple(
+        KeepOut(box.name, np.array(box.low), np.array(box.high))
+        for box in room.furniture
+    )
+    return Envelope(np.zeros(3), np.array(room.size_m), boxes)
+
+
+def _unheard(text: str) -> None:
+    del text
+
+
+def set_stage(
+    config: SessionConfig,
+    *,
+    voice: Voice | None = None,
+    note: Callable[[str], None] = _unheard,
+    on_progress: Callable[[int], None] | None = None,
+) -> Stage:
+    """Build the devices of a session.
+
+    Parameters
+    ----------
+    config : SessionConfig
+        What the session is.
+    voice : Voice, optional
+        Talks with the operator; needed when a person moves the stands.
+    note : callable
+        Takes the operator's notes.
+    on_progress : callable, optional
+        Told how many samples of a take are recorded, where that takes time.
+    """
+    world = build_world(config) if config.interface == "simulated" else None
+    clock = VirtualClock() if config.rig == "simulated" else SystemClock()
+    sensor: AirSensor = NoSensor()
+    if world is not None and config.simulation is not None:
+        sigma = config.simulation.temperature_sigma_c
+        air = _air(config.room)
+        sensor = SimulatedAir(world, air, sigma_c=sigma, seed=config.seed)
+    around = Surroundings(world, on_progress)
+    return Stage(
+        build_mover(config, world=world, clock=clock, voice=voice, note=note),
+        lambda: INTERFACES[config.interface].open(config, around),
+        sensor,
+        clock,
+        world,
+    )
+
+
+def build_mover(
+    config: SessionConfig,
+    *,
+    world: Any = None,
+    clock: Clock | None = None,
+    voice: Voice | None = None,
+    note: Callable[[str], None] = _unheard,
+) -> Mover:
+    """Return what moves the devices; without a world it only checks.
+
+    Raises
+    ------
+    ConfigError
+        If a person is to move the stands and nobody can be asked.
+    """
+    on_emitter = on_listener = None
+    if world is not None:
+        on_emitter = _Placer(config, "emitter", world.place_emitter)
+        on_listener = _Placer(config, "listener", _listeners(config, world))
+    if config.rig == "manual":
+        return _person(
+            config, clock or SystemClock(), voice, note, on_emitter, on_listener
+        )
+    if config.rig == "simulated":
+        return RigPair(_simulated_rigs(config, on_emitter, on_listener, clock))
+    consent = None if voice is None else lambda text: _yes(voice.ask(text))
+    carriers = load_rig(
+        config.rig,
+        on_emitter=on_emitter,
+        on_listener=on_listener,
+        ask=consent,
+        tell=voice.say if voice else None,
+    )
+    return RigPair(carriers, ask=consent)
+
+
+def _yes(answer: str) -> bool:
+    return answer.strip().lower() in {"y", "yes"}
+
+
+def _person(
+    config: SessionConfig,
+    clock: Clock,
+    voice: Voice | None,
+    note: Callable[[str], None],
+    on_emitter: Callable[[Pose], None] | None,
+    on_listener: Callable[[Pose], None] | None,
+) -> Mover:
+    if voice is None:
+        raise ConfigError(
+            "a person must be asked to move the stands; run on a terminal, "
+            "or choose another --rig"
+        )
+    placed = [call for call in (on_emitter, on_listener) if call is not None]
+    return Person(
+        config.room,
+        ask=voice.ask,
+        tell=voice.say,
+        note=note,
+        clock=clock,
+        placed=placed,
+    )
+
+
+def _simulated_rigs(
+    config: SessionConfig,
+    on_emitter: Callable[[Pose], None] | None,
+    on_listener: Callable[[Pose], None] | None,
+    clock: Clock | None,
+) -> Carriers:
+    envelope = room_envelope(config.room)
+    speaker, microphone = (
+        SimulatedRig(call, envelope=envelope, clock=clock, name=name)
+        for name, call in (("loudspeaker", on_emitter), ("microphone", on_listener))
+    )
+    return Carriers(speaker, microphone)
+
+
+def build_world(config: SessionConfig) -> Any:
+    """Return the simulated world: a room model, or responses measured before."""
+    simulation = config.simulation or Simulation()
+    if simulation.measured is not None:
+        from rooms.world import MeasuredWorld
+
+        return MeasuredWorld(Dataset.open(simulation.measured))
+    from rooms.world import World
+
+    omni, cardioid = GainPattern.omni(), GainPattern.cardioid()
+    return World(
+        config.room,
+        sample_rate=config.sample_rate,
+        duration=config.response_s,
+        emitter_gain=cardioid if simulation.loudspeaker == "cardioid" else omni,
+        listener_gain=omni,
+        seed=config.seed,
+    )
+
+
+@dataclass(frozen=True)
+class _Placer:
+    """Place a simulated device where the rig says, off by the rig's own error."""
+
+    config: SessionConfig
+    carrier: str
+    place: Callable[[Pose], None]
+
+    def __call__(self, pose: Pose) -> None:
+        sigma = self.config.simulation.placement_mm if self.config.simulation else 0.0
+        if sigma:
+            spot = hashlib.sha256(pose.position.tobytes()).hexdigest()
+            rng = take_rng(self.config.seed, f"{self.carrier} {spot}")
+            offset = rng.normal(0.0, sigma / 1000, 3)
+            pose = Pose(pose.position + offset, pose.orientation)
+        self.place(pose)
+
+
+def _listeners(config: SessionConfig, world: Any) -> Callable[[Pose], None]:
+    """Return what places every microphone of a carrier."""
+
+    def place(carrier: Pose) -> None:
+        for index, pose in enumerate(
+            mounted(carrier, config.channels.microphone_offsets_m)
+        ):
+            world.place_listener(pose, index)
+
+    return place
+
+
+def mounted(carrier: Pose, offsets: Sequence[tuple[float, float, float]]) -> list[Pose]:
+    """Return the poses of devices mounted on a carrier.
+
+    Parameters
+    ----------
+    carrier : Pose
+        Where the carrier stands.
+    offsets : sequence of tuple
+        Places of the devices in the carrier's own frame [m].
+
+    Examples
+    --------
+    >>> [pose] = mounted(Pose.at(1, 1, 1, yaw_deg=90), [(0.1, 0.0, 0.0)])
+    >>> pose.position.round(6).tolist()
+    [1.0, 1.1, 1.0]
+    """
+    turned = rotate(carrier.orientation, np.array(offsets, dtype=float))
+    return [Pose(carrier.position + offset, carrier.orientation) for offset in turned]
+
+
+def _air(room: RoomSpec) -> Environment:
+    air = room.air
+    return Environment(air.temperature_c, air.humidity_percent, air.pressure_kpa)

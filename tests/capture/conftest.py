@@ -1,0 +1,67 @@
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from capture.config import SessionConfig
+from capture.folder import SessionFolder
+from capture.interfaces import AudioInterface
+from capture.journal import Journal
+from capture.plan import build_plan
+from capture.session import Session
+from capture.stage import set_stage
+from capture.starting import Request, merge, plan_session
+
+TINY = {
+    "sample_rate": 16000,
+    "response_s": 0.2,
+    "sweep": {"seconds": 1.0, "band_hz": (60.0, 7000.0), "tail_s": 0.4, "noise_s": 0.3},
+}
+
+MakeConfig = Callable[..., SessionConfig]
+MakeSession = Callable[..., Session]
+
+
+@pytest.fixture
+def make_config() -> MakeConfig:
+    """Return what plans a small session in the kitchen."""
+
+    def make(pairs: int = 1, **settings: object) -> SessionConfig:
+        request = Request("kitchen", str(pairs), seed=5, settings=merge(TINY, settings))
+        return plan_session(request)
+
+    return make
+
+
+@pytest.fixture
+def make_session(tmp_path: Path, make_config: MakeConfig) -> Iterator[MakeSession]:
+    """Return what opens a small session, new or from its folder."""
+    journals: list[Journal] = []
+
+    def make(
+        *,
+        open_interface: Callable[[], AudioInterface] | None = None,
+        folder: SessionFolder | None = None,
+        **settings: object,
+    ) -> Session:
+        folder = folder or SessionFolder(tmp_path / "session")
+        if not folder.exists:
+            folder.create(make_config(**settings))
+        config = folder.load_config()
+        journals.append(Journal(folder.journal_path))
+        stage = set_stage(config)
+        return Session(
+            folder,
+            config,
+            build_plan(config),
+            journals[-1],
+            stage.mover,
+            open_interface or stage.open_interface,
+            lambda: "2026-01-01T00:00:00+00:00",
+            stage.sensor,
+            stage.clock,
+        )
+
+    yield make
+    for journal in journals:
+        journal.close()
