@@ -47,7 +47,7 @@ class GrblFirmware(Chip):
         self,
         settings: Mapping[int, float] | None = None,
         *,
-        at: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        at: tuple[float, float, float] = (-100.0, -100.0, -100.0),
         startup: tuple[str, str] = ("", ""),
         rng: np.random.Generator | None = None,
     ) -> None:

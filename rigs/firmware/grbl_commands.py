@@ -28,7 +28,6 @@ class Commands:
 
     def __init__(self, board: "GrblFirmware") -> None:
         self.board = board
-        self.homed_once = False
         self.swallowed = False
         self.reset()
 
@@ -128,9 +127,14 @@ class Commands:
         code = check_setting(board.settings, int(match[1]), value)
         if not code:
             board.settings[int(match[1])] = value
-            if int(match[1]) == 22 and not value:
-                board.settings[20] = 0
+            self._after_setting(int(match[1]), value)
         board.answer(code)
+
+    def _after_setting(self, number: int, value: float) -> None:
+        if number == 22 and not value:
+            self.board.settings[20] = 0
+        if number == 13:
+            self.board.reports.offset_due = 0
 
     def _unlock(self) -> None:
         board = self.board

@@ -86,7 +86,6 @@ def _done(board: "GrblFirmware") -> None:
         board.send(board.reports.status())
     board.state = "Idle"
     board.commands.homing_line = False
-    board.commands.homed_once = True
     board.run_startup()
     board.answer()
     board.wake()

@@ -71,7 +71,7 @@ class Reports:
         return f"{speed / INCH:.1f}" if board.settings[13] else f"{speed:.0f}"
 
     def _pins_field(self) -> list[str]:
-        pins = self.pins() if self.board.commands.homed_once else ""
+        pins = self.pins()
         return [f"Pn:{pins}"] if pins else []
 
     def _rare_fields(self, offset: np.ndarray) -> list[str]:
