@@ -7,13 +7,13 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from capture.deconvolve import Deconvolution, deconvolve
+    from capture.deconvolution import Deconvolution, deconvolve
     from capture.sweep import Sweep, synchronized_sweep
 
 _HOMES = {
-    "Deconvolution": "capture.deconvolve",
+    "Deconvolution": "capture.deconvolution",
     "Sweep": "capture.sweep",
-    "deconvolve": "capture.deconvolve",
+    "deconvolve": "capture.deconvolution",
     "synchronized_sweep": "capture.sweep",
 }
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.config import SessionConfig
-from capture.deconvolve import Deconvolution, deconvolve
+from capture.deconvolution import Deconvolution, deconvolve
 from capture.interfaces.protocol import Recording
 from capture.journal import Event
 from capture.stage import mounted
