@@ -37,6 +37,7 @@ def plan_effects(
     sample_rate: int = 48000,
     duration: float = 0.5,
     max_order: int | None = None,
+    rays: int | None = None,
     tolerance: Tolerance | None = None,
     only: Sequence[str] | None = None,
     without: Sequence[str] = (),
@@ -54,6 +55,8 @@ def plan_effects(
         Length of the response [s].
     max_order : int, optional
         Highest order of listed reflections.
+    rays : int, optional
+        Rays per pair, if they are to be traced.
     tolerance : Tolerance, optional
         Largest errors allowed; the just-noticeable differences of ISO 3382.
     only, without : sequence of str
@@ -72,7 +75,7 @@ def plan_effects(
     ['direct', 'specular']
     """
     tolerance = tolerance or Tolerance()
-    budget = Budget(sample_rate, max(1, round(duration * sample_rate)), max_order)
+    budget = Budget(sample_rate, max(1, round(duration * sample_rate)), max_order, rays)
     for name in (*(only or ()), *without):
         EFFECTS[name]
     verdicts = {}

@@ -1,6 +1,6 @@
 """Responses between any emitters and listeners of a scene."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from rir import Poses
 from rir.errors import SignalError
+from rooms.effort import Target, parse_accuracy, spread_errors
+from rooms.geometry import Shoebox
 from rooms.plan import Plan, plan_effects
 from rooms.scene import Scene
 from rooms.sound import Budget, Sound
@@ -31,13 +33,18 @@ class Simulation:
     plan : Plan
         Which effects were on, and why.
     errors : dict
-        Estimated errors of the result, by metric; empty when not estimated.
+        Estimated standard errors by kind ("clarity_db", "reverberation_percent",
+        "early_decay_percent", "level_db"), mean over pairs, worst octave; 0 where
+        nothing random was involved.
+    rays : int or None
+        Rays traced per pair; None for none, or the default number.
     """
 
     responses: FloatArray
     sample_rate: int
     plan: Plan
     errors: dict[str, float] = field(default_factory=dict)
+    rays: int | None = None
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> FloatArray:
         return np.array(self.responses, dtype=dtype, copy=copy)
@@ -53,9 +60,13 @@ def simulate(
     max_order: int | None = None,
     rays: int | None = None,
     effects: Sequence[str] | None = None,
+    accuracy: str | Mapping[str, float] | None = None,
+    seconds: float | None = None,
     rng: np.random.Generator | None = None,
     seed: int = 0,
     threads: int = 1,
+    plan: Plan | None = None,
+    dtype: type = np.float64,
 ) -> Simulation:
     """Simulate the responses between all pairs of emitters and listeners.
 
@@ -75,12 +86,21 @@ def simulate(
         Rays per trace, for scenes that need tracing.
     effects : sequence of str, optional
         Exactly these effects; the planner chooses when left out.
+    accuracy : str or mapping, optional
+        Stop tracing rays when the estimated errors are below these, as in
+        ``"C50 0.1 dB, T60 1 %"``. Scenes without rays are exact as they are.
+    seconds : float, optional
+        Processor time to spend on rays [s]; the most accurate result that fits.
     rng : numpy.random.Generator, optional
         Draws the seed; use it or `seed`.
     seed : int
         Key of everything random.
     threads : int
         Threads that share the listeners.
+    plan : Plan, optional
+        A plan made before; `effects` is then not looked at.
+    dtype : type
+        float64, or float32 for large batches; computed in float64 either way.
 
     Returns
     -------
@@ -107,19 +127,78 @@ def simulate(
     places = Poses.of(emitters), Poses.of(listeners)
     scene.check_inside("emitter", places[0].positions)
     scene.check_inside("listener", places[1].positions)
-    plan = plan_effects(
-        scene,
-        sample_rate=sample_rate,
-        duration=duration,
-        max_order=max_order,
-        only=effects,
-    )
-    shape = (len(places[0]), len(places[1]), budget.n_samples)
-    responses = np.empty(shape)
-    for index, emitter in enumerate(places[0]):
-        sound = Sound(scene, emitter, places[1], budget)
-        run_plan(scene, plan, sound, threads, responses[index])
-    return Simulation(responses, sample_rate, plan)
+    if plan is None:
+        plan = plan_effects(
+            scene,
+            sample_rate=sample_rate,
+            duration=duration,
+            max_order=max_order,
+            rays=rays,
+            only=effects,
+        )
+    target = Target(parse_accuracy(accuracy), seconds)
+    run = _Run(scene, plan, places, threads, dtype)
+    if target.open_ended or not run.traces(budget):
+        run(budget)
+    else:
+        budget = target.pursue(budget, run)
+    return Simulation(run.responses, sample_rate, plan, run.errors, budget.rays)
+
+
+class _Run:
+    """One simulation of all pairs, which may be repeated with more work."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        plan: Plan,
+        places: tuple[Poses, Poses],
+        threads: int,
+        dtype: type,
+    ) -> None:
+        self.scene, self.plan, self.places = scene, plan, places
+        self.threads, self.dtype = threads, dtype
+        self.responses: Any = np.empty(0)
+        self.errors: dict[str, float] = {}
+
+    def traces(self, budget: Budget) -> bool:
+        """Tell whether rays will be traced: only then work buys accuracy."""
+        boxed = isinstance(self.scene.geometry, Shoebox) and budget.rays is None
+        return "late" in self.plan.on and not boxed
+
+    def __call__(self, budget: Budget) -> dict[str, float]:
+        emitters, listeners = self.places
+        shape = (len(emitters), len(listeners), budget.n_samples)
+        self.responses = np.empty(shape, dtype=self.dtype)
+        errors: list[dict[str, float]] = []
+        for index, emitter in enumerate(emitters):
+            sound = Sound(self.scene, emitter, listeners, budget)
+            whole = self.dtype == np.float64
+            out = self.responses[index] if whole else None
+            made = run_plan(self.scene, self.plan, sound, self.threads, out)
+            if not whole:
+                self.responses[index] = made
+            errors.append(estimated_errors(sound))
+        kinds = errors[0] if errors else {}
+        self.errors = {k: float(np.mean([e[k] for e in errors])) for k in kinds}
+        return self.errors
+
+
+def estimated_errors(sound: Sound) -> dict[str, float]:
+    """Return the standard errors of what was traced; zero where nothing was."""
+    if sound.traced is None:
+        kinds = ("level_db", "clarity_db", "reverberation_percent")
+        return dict.fromkeys((*kinds, "early_decay_percent"), 0.0)
+    histogram, step = sound.traced, sound.traced.time_step
+    energy = histogram.energy[0]
+    paths = np.zeros_like(energy)
+    for arrivals in sound.arrivals:
+        at = (arrivals.delay / step).astype(int)
+        inside = at < energy.shape[-1]
+        for band in range(paths.shape[1]):
+            where = arrivals.listener[inside], np.full(inside.sum(), band), at[inside]
+            np.add.at(paths, where, arrivals.gain[inside, band] ** 2)
+    return spread_errors(energy, histogram.error[0], paths, step)
 
 
 def make_budget(

@@ -4,6 +4,7 @@ Effects describe; nothing is computed sample by sample before `rooms.synthesis`.
 """
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -146,6 +147,7 @@ class Sound:
     lattice: Lattice | None = None
     waves: Waves | None = None
     arrivals: list[Arrivals] = field(default_factory=list)
+    traced: Any = None
 
     @property
     def reflection(self) -> FloatArray:

@@ -38,6 +38,7 @@ def traced_energy(scene: Scene, sound: Sound) -> tuple[NDArray[np.float64], floa
         seed=budget.seed,
         skip_specular_up_to=_listed_order(sound),
     )
+    sound.traced = histogram
     energy = np.moveaxis(histogram.energy[0], 1, 2) / histogram.time_step
     return energy, histogram.time_step
 

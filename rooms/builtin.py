@@ -1,0 +1,163 @@
+"""Scenes by name, or from any file that describes a room."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rir import Registry, RoomSpec
+from rir.errors import SceneError
+from rooms.presets import PRESETS, load_room
+from rooms.scene import Scene
+
+__all__ = ["SCENES", "load_scene"]
+
+FloatArray = NDArray[np.float64]
+_MESHES = (".obj", ".ply", ".glb", ".gltf", ".stl", ".off")
+
+SCENES: Registry[Callable[[], Scene]] = Registry("scene")
+
+
+def _preset(name: str) -> Callable[[], Scene]:
+    return lambda: Scene.from_room(load_room(name))
+
+
+for _name in PRESETS:
+    SCENES.add(_name)(_preset(_name))
+
+_FURNISHED: dict[str, Any] = {
+    "floor": "furnished_floor",
+    "ceiling": "plasterboard_on_studs",
+    "all": "furnished_wall",
+}
+
+
+@SCENES.add("l-shaped")
+def l_shaped() -> Scene:
+    """Return an L-shaped living room: 6 x 5 x 3 m less a 3 x 2.5 m corner."""
+    outline = [(0, 0), (6, 0), (6, 2.5), (3, 2.5), (3, 5), (0, 5)]
+    return Scene.extruded(outline, 3.0, _FURNISHED, name="l-shaped")
+
+
+@SCENES.add("corridor")
+def corridor() -> Scene:
+    """Return a bare corridor, 18 x 2 x 2.7 m, with a 4 m side arm."""
+    outline = [(0, 0), (18, 0), (18, 2), (12, 2), (12, 6), (10, 6), (10, 2), (0, 2)]
+    materials = {
+        "floor": "linoleum",
+        "ceiling": "acoustic_ceiling_tile",
+        "all": "plaster_on_masonry",
+    }
+    return Scene.extruded(outline, 2.7, materials, name="corridor")
+
+
+@SCENES.add("coupled")
+def coupled() -> Scene:
+    """Return a hard and a soft room joined by a doorway, with furniture in both."""
+    outline = [
+        (0, 0), (5, 0), (5, 1.5), (5.2, 1.5), (5.2, 0), (9.2, 0),
+        (9.2, 4), (5.2, 4), (5.2, 2.4), (5, 2.4), (5, 4), (0, 4),
+    ]  # fmt: skip
+    from rooms.mesh import MeshGeometry
+
+    shell = MeshGeometry.extruded(outline, 2.6)
+    boxes = [
+        ("table", (1.5, 1.4, 0.02), (2.9, 2.3, 0.75)),
+        ("shelves", (0.3, 3.4, 0.02), (2.5, 3.8, 1.9)),
+        ("sofa", (8.1, 0.8, 0.02), (9.0, 2.8, 0.8)),
+    ]
+    geometry = _furnished(shell, boxes)
+    soft = {f"wall{k}": "heavy_curtain" for k in (5, 6)}
+    materials = {
+        "floor": "wood_floor",
+        "ceiling": "plasterboard_on_studs",
+        "table": "wood_floor",
+        "shelves": "bookshelf",
+        "sofa": "audience_on_upholstered_seats",
+        "all": "plaster_on_masonry",
+        **soft,
+    }
+    return Scene.of_geometry(geometry, materials, name="coupled")
+
+
+def _furnished(shell: Any, boxes: list[tuple[str, Any, Any]]) -> Any:
+    """Return a mesh with boxes standing in it, each a surface of its own."""
+    from rooms.mesh import MeshGeometry
+
+    vertices, faces = [shell.vertices + shell.origin], [shell.faces]
+    names = [shell.surface_names[k] for k in shell.face_surface]
+    count = len(vertices[0])
+    for name, low, high in boxes:
+        box = MeshGeometry.box(np.subtract(high, low))
+        vertices.append(box.vertices + box.origin + np.array(low))
+        faces.append(box.faces + count)
+        names += [name] * len(box.faces)
+        count += len(box.vertices)
+    return MeshGeometry.from_arrays(
+        np.concatenate(vertices), np.concatenate(faces), names
+    )
+
+
+def load_scene(name_or_path: str | Path, materials: Any = None) -> Scene:
+    """Return a built-in scene, a room file's, or that of a mesh.
+
+    Parameters
+    ----------
+    name_or_path : str or Path
+        One of `SCENES`; a room YAML; a mesh file; or a folder that holds one mesh
+        (the layout of iGibson scenes: any depth, the largest mesh is the room).
+    materials : optional
+        For meshes; see `rooms.surfaces.resolve_surfaces`. A mesh without known
+        materials is given the furnished wall's when left out.
+
+    Raises
+    ------
+    UnknownNameError
+        If it is none of these; lists the built-in names.
+    SceneError
+        If a folder holds no mesh.
+
+    Examples
+    --------
+    >>> load_scene("kitchen").name
+    'kitchen'
+    """
+    path = Path(name_or_path)
+    if path.suffix in (".yaml", ".yml"):
+        return _from_room_file(path)
+    if path.is_dir():
+        return _from_mesh(_largest_mesh(path), materials, path.name)
+    if path.suffix.lower() in _MESHES:
+        return _from_mesh(path, materials, path.stem)
+    return SCENES[str(name_or_path)]()
+
+
+def _from_room_file(path: Path) -> Scene:
+    room = RoomSpec.load(path)
+    if room.mesh is None:
+        return Scene.from_room(room)
+    materials = {
+        name: s.model_dump(exclude_none=True) for name, s in room.surfaces.items()
+    }
+    mesh = path.parent / room.mesh
+    return Scene.from_mesh(mesh, materials or None, name=room.name, air=room.air)
+
+
+def _from_mesh(path: Path, materials: Any, name: str) -> Scene:
+    if materials is not None:
+        return Scene.from_mesh(path, materials, name=name)
+    try:
+        return Scene.from_mesh(path, name=name)
+    except SceneError as error:
+        if "no material" not in str(error):
+            raise
+    return Scene.from_mesh(path, {"all": "furnished_wall"}, name=name)
+
+
+def _largest_mesh(folder: Path) -> Path:
+    meshes = [p for p in sorted(folder.rglob("*")) if p.suffix.lower() in _MESHES]
+    if not meshes:
+        raise SceneError(f"{folder} holds no mesh ({', '.join(_MESHES)})")
+    return max(meshes, key=lambda p: p.stat().st_size)
