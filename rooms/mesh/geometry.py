@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rir.errors import SceneError
 from rooms.mesh.cleaning import Cleaned, clean, winding
+from rooms.mesh.hierarchy import Hierarchy, build_hierarchy
 from rooms.mesh.loading import load_mesh
 from rooms.mesh.panels import Panels, find_panels
 from rooms.mesh.polygon import cut_ears
@@ -270,6 +271,28 @@ class MeshGeometry:
             np.column_stack([normal, offset]),
             np.nonzero(blocking)[0],
         )
+
+    @cached_property
+    def hierarchy(self) -> Hierarchy:
+        """Tree of boxes around the triangles."""
+        return build_hierarchy(self.corners, 1e-9 * self.diagonal)
+
+    def sees(self, point: FloatArray, others: FloatArray) -> NDArray[np.bool_]:
+        """Tell which points, shape (N, 3), are in free sight of one; all local."""
+        from rooms.mesh.hits import free_ways
+
+        starts = np.broadcast_to(point, others.shape)
+        tree, panel = self.hierarchy.arrays, self.panels.of_face
+        return free_ways(tree, panel, starts, others, 1e-9 * self.diagonal)
+
+    def visible(self, a: ArrayLike, b: ArrayLike) -> NDArray[np.bool_]:
+        """Tell which of N segments from `a` to `b`, shape (N, 3), are free."""
+        from rooms.mesh.hits import free_ways
+
+        starts, ends = self.localised(a), self.localised(b)
+        starts, ends = np.broadcast_arrays(starts, ends)
+        tree, panel = self.hierarchy.arrays, self.panels.of_face
+        return free_ways(tree, panel, starts, ends, 1e-9 * self.diagonal)
 
     @property
     def convex(self) -> bool:

@@ -1,0 +1,111 @@
+"""A tree of boxes, eight to a node, around the triangles of a mesh."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Hierarchy", "build_hierarchy"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+_WIDTH = 8
+
+
+@dataclass(frozen=True, eq=False)
+class Hierarchy:
+    """Boxes and triangles, laid out for `rooms.mesh.lanes`.
+
+    Parameters
+    ----------
+    nodes : ndarray, shape (N, 6, 8)
+        Low and high corners of eight boxes per node [m].
+    children : ndarray, shape (N, 8)
+        Node behind each box, or -1 - pack.
+    packs : ndarray, shape (M, 12, 8)
+        Eight triangles each: their plane and barycentric coordinates.
+    faces : ndarray, shape (M, 8)
+        Index of each triangle, -1 for none.
+    """
+
+    nodes: FloatArray
+    children: IntArray
+    packs: FloatArray
+    faces: IntArray
+
+    @property
+    def arrays(self) -> tuple[FloatArray, IntArray, FloatArray, IntArray]:
+        """The four arrays, as compiled loops take them."""
+        return self.nodes, self.children, self.packs, self.faces
+
+
+def build_hierarchy(corners: FloatArray, slack: float) -> Hierarchy:
+    """Build the tree over triangles, shape (F, 3, 3), by the surface-area rule.
+
+    Boxes grow by `slack` [m], so that rounding loses no triangle.
+
+    References
+    ----------
+    J. Goldsmith, J. Salmon, IEEE Comput. Graph. Appl. 7(5), 14 (1987).
+    """
+    from rooms.mesh.split import best_split
+
+    low, high = corners.min(axis=1) - slack, corners.max(axis=1) + slack
+    middle = corners.mean(axis=1)
+    nodes, children, faces = [], [], []
+    waiting = [np.arange(len(corners))]
+    while waiting:
+        groups = [waiting.pop(0)]
+        while len(groups) < _WIDTH:
+            large = [k for k, g in enumerate(groups) if len(g) > _WIDTH]
+            if not large:
+                break
+            pick = max(large, key=lambda k: _half_area(low, high, groups[k]))
+            group = groups.pop(pick)
+            order, cut = best_split(low, high, middle, group)
+            groups += [order[:cut], order[cut:]]
+        box = np.full((6, _WIDTH), np.inf)
+        box[3:] = -np.inf
+        links = np.full(_WIDTH, -1)
+        # nodes are numbered in the order in which they wait
+        for lane, group in enumerate(groups):
+            box[:3, lane] = low[group].min(axis=0)
+            box[3:, lane] = high[group].max(axis=0)
+            if len(group) > _WIDTH:
+                links[lane] = len(nodes) + 1 + len(waiting)
+                waiting.append(group)
+            else:
+                links[lane] = -1 - len(faces)
+                faces.append(np.pad(group, (0, _WIDTH - len(group)), constant_values=-1))
+        nodes.append(box)
+        children.append(links)
+    members = np.array(faces)
+    return Hierarchy(
+        np.array(nodes), np.array(children), _packed(corners, members), members
+    )
+
+
+def _half_area(low: FloatArray, high: FloatArray, group: IntArray) -> float:
+    x, y, z = high[group].max(axis=0) - low[group].min(axis=0)
+    return float(x * y + y * z + z * x) * len(group)
+
+
+def _packed(corners: FloatArray, members: IntArray) -> FloatArray:
+    a, b, c = np.moveaxis(corners, 1, 0)
+    one, other = b - a, c - a
+    normal = np.cross(one, other)
+    square = np.einsum("ij,ij->i", normal, normal)[:, None]
+    u, v = np.cross(other, normal) / square, np.cross(normal, one) / square
+    rows = [
+        normal,
+        np.einsum("ij,ij->i", normal, a)[:, None],
+        u,
+        -np.einsum("ij,ij->i", u, a)[:, None],
+        v,
+        -np.einsum("ij,ij->i", v, a)[:, None],
+    ]
+    # a lane without a triangle: its plane is never met
+    none = np.zeros((1, 12))
+    none[0, 3] = np.inf
+    table = np.concatenate([np.concatenate(rows, axis=1), none])
+    return np.ascontiguousarray(np.moveaxis(table[members], 1, 2))

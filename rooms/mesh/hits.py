@@ -1,0 +1,135 @@
+"""Compiled search of what a ray meets."""
+
+import numpy as np
+from numba import njit
+
+from rooms.mesh.lanes import boxes_hit, lowest_bit, triangles_hit
+
+DEPTH = 256
+_STEEP = 1e-18
+
+
+@njit(cache=True, nogil=True, inline="always")
+def steady(x):
+    """Keep a component of a direction away from zero."""
+    if abs(x) < _STEEP:
+        return _STEEP if x >= 0.0 else -_STEEP
+    return x
+
+
+@njit(cache=True, nogil=True)
+def first_hit(
+    nodes, children, packs, faces, ox, oy, oz, wx, wy, wz, limit, stack, depth, near
+):
+    """Return (distance, triangle) of the nearest hit before `limit`, or -1.
+
+    `stack` (DEPTH), `depth` (DEPTH) and `near` (8) are working space. Arrays come
+    one by one: unpacking a tuple here would cost more than the search.
+    """
+    ix, iy, iz = 1.0 / steady(wx), 1.0 / steady(wy), 1.0 / steady(wz)
+    signs = np.int64(ix < 0.0) + 2 * np.int64(iy < 0.0) + 4 * np.int64(iz < 0.0)
+    ax, ay, az = -ox * ix, -oy * iy, -oz * iz
+    best, face = limit, np.int64(-1)
+    node, top = np.int64(0), 0
+    while True:
+        if node >= 0:
+            mask = boxes_hit(nodes, node, signs, ix, iy, iz, ax, ay, az, best, near)
+            base = top
+            while mask:
+                lane = lowest_bit(mask)
+                mask &= mask - 1
+                key, link = near[lane], children[node, lane]
+                k = top
+                while k > base and depth[k - 1] < key:
+                    depth[k], stack[k] = depth[k - 1], stack[k - 1]
+                    k -= 1
+                depth[k], stack[k] = key, link
+                top += 1
+        else:
+            pack = -1 - node
+            mask = triangles_hit(packs, pack, ox, oy, oz, wx, wy, wz, best, near)
+            while mask:
+                lane = lowest_bit(mask)
+                mask &= mask - 1
+                if near[lane] < best:
+                    best, face = near[lane], faces[pack, lane]
+        while top > 0 and depth[top - 1] >= best:
+            top -= 1
+        if top == 0:
+            return best, face
+        top -= 1
+        node = stack[top]
+
+
+@njit(cache=True, nogil=True)
+def is_free(
+    nodes,
+    children,
+    packs,
+    faces,
+    of_face,
+    a,
+    b,
+    skip_one,
+    skip_other,
+    slack,
+    stack,
+    near,
+):
+    """Tell whether nothing but two panels meets the segment between two points."""
+    wx, wy, wz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    span = np.sqrt(wx * wx + wy * wy + wz * wz)
+    if span <= 2.0 * slack:
+        return True
+    end = slack / span
+    ix, iy, iz = 1.0 / steady(wx), 1.0 / steady(wy), 1.0 / steady(wz)
+    signs = np.int64(ix < 0.0) + 2 * np.int64(iy < 0.0) + 4 * np.int64(iz < 0.0)
+    ax, ay, az = -a[0] * ix, -a[1] * iy, -a[2] * iz
+    node, top = np.int64(0), 0
+    while True:
+        if node >= 0:
+            mask = boxes_hit(nodes, node, signs, ix, iy, iz, ax, ay, az, 1.0, near)
+            while mask:
+                lane = lowest_bit(mask)
+                mask &= mask - 1
+                stack[top] = children[node, lane]
+                top += 1
+        else:
+            pack = -1 - node
+            mask = triangles_hit(
+                packs, pack, a[0], a[1], a[2], wx, wy, wz, 1.0 - end, near
+            )
+            while mask:
+                lane = lowest_bit(mask)
+                mask &= mask - 1
+                panel = of_face[faces[pack, lane]]
+                if near[lane] > end and panel not in (skip_one, skip_other):
+                    return False
+        if top == 0:
+            return True
+        top -= 1
+        node = stack[top]
+
+
+@njit(cache=True, nogil=True)
+def free_ways(tree, of_face, starts, ends, slack):
+    """Tell which segments between points, shape (N, 3), are free."""
+    nodes, children, packs, faces = tree
+    stack, near = np.empty(DEPTH, dtype=np.int64), np.empty(8)
+    free = np.empty(len(starts), dtype=np.bool_)
+    for i in range(len(starts)):
+        free[i] = is_free(
+            nodes,
+            children,
+            packs,
+            faces,
+            of_face,
+            starts[i],
+            ends[i],
+            -1,
+            -1,
+            slack,
+            stack,
+            near,
+        )
+    return free
