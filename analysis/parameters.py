@@ -1,29 +1,25 @@
 """Room-acoustic parameters of responses by ISO 3382, noise handled, NaN if unknown."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from analysis.decay.answer import FACTS, VALUES, Answers
+from analysis.decay.words import REASONS, flag_words
 from analysis.scatter import uncertainties
 from rir.errors import SignalError
 from rir.response import check_sample_rate
 
 __all__ = [
-    "PARAMETER_NAMES",
     "Parameters",
-    "Table",
     "acoustic_parameters",
     "as_responses",
     "assemble",
 ]
 
 FloatArray = NDArray[np.float64]
-
-PARAMETER_NAMES = ("EDT", "T20", "T30", "C50", "C80", "DRR", "D50", "TS")
-"""Parameters in the order of the compiled core."""
 
 
 class Parameters(dict[str, Any]):
@@ -121,9 +117,7 @@ def acoustic_parameters(samples: ArrayLike, sample_rate: float) -> Parameters:
 
     Returns
     -------
-
-    Parameters
-    ----------
+    found : dict
         A dict of arrays of shape (...): ``EDT``, ``T20``, ``T30``, ``TS`` [s],
         ``C50``, ``C80``, ``DRR`` [dB], ``D50``; NaN where it cannot be known, with
         ``flags`` and ``reasons``; more in its attributes.
@@ -149,74 +143,44 @@ def acoustic_parameters(samples: ArrayLike, sample_rate: float) -> Parameters:
     >>> acoustic_parameters(np.zeros(48000), 48000)["flags"]
     ['silent']
     """
-    from analysis.decay.rows import N_FACTS, analyse_batch
+    from analysis.decay.response import analyse_responses
 
     rate = check_sample_rate(sample_rate)
     responses = as_responses(samples)
     rows = responses.reshape(-1, responses.shape[-1])
-    table = Table.empty(len(rows), N_FACTS)
-    analyse_batch(
-        rows, float(rate), table.values, table.facts, table.reasons, table.flags
-    )
-    return assemble(table, responses.shape[:-1], 0.5 * rate)
-
-
-@dataclass(frozen=True)
-class Table:
-    """Rows of values, facts, codes of reasons and bits of flags, one per response."""
-
-    values: FloatArray
-    facts: FloatArray
-    reasons: NDArray[np.int64]
-    flags: NDArray[np.int64]
-
-    @classmethod
-    def empty(cls, rows: int, n_facts: int) -> "Table":
-        """Return a table to be filled."""
-        count = len(PARAMETER_NAMES)
-        return cls(
-            np.full((rows, count), np.nan),
-            np.full((rows, n_facts), np.nan),
-            np.zeros((rows, count), dtype=np.int64),
-            np.zeros(rows, dtype=np.int64),
-        )
+    answers = analyse_responses(rows, float(rate))
+    return assemble(answers, responses.shape[:-1], 0.5 * rate)
 
 
 def assemble(
-    table: Table, shape: tuple[int, ...], bandwidth: float | FloatArray
+    answers: Answers, shape: tuple[int, ...], bandwidth: float | FloatArray
 ) -> Parameters:
-    """Return the parameters of a filled table in the responses' shape."""
-    from analysis.decay.words import REASONS, flag_words
-
+    """Return the parameters of filled answers in the responses' shape."""
     result = Parameters()
-    for place, name in enumerate(PARAMETER_NAMES):
-        result[name] = table.values[:, place].reshape(shape)
-    result["flags"] = nest([flag_words(int(bits)) for bits in table.flags], shape)
-    result["reasons"] = nest([_reasons(row, REASONS) for row in table.reasons], shape)
-    _describe(result, table.facts, shape)
+    for place, name in enumerate(VALUES):
+        result[name] = answers.values[:, place].reshape(shape)
+    result["flags"] = nest([flag_words(int(bits)) for bits in answers.flags], shape)
+    result["reasons"] = nest([_reasons(row) for row in answers.reasons], shape)
+    _describe(result, answers.facts, shape)
     result.uncertainty = uncertainties(result, bandwidth)
     return result
 
 
-def _reasons(codes: NDArray[np.int64], texts: Sequence[str]) -> dict[str, str]:
-    pairs = zip(PARAMETER_NAMES, codes, strict=True)
-    return {name: texts[int(code)] for name, code in pairs if code}
+def _reasons(codes: NDArray[np.int64]) -> dict[str, str]:
+    pairs = zip(VALUES, codes, strict=True)
+    return {name: REASONS[code] for name, code in pairs if code}
 
 
 def _describe(result: Parameters, facts: FloatArray, shape: tuple[int, ...]) -> None:
-    from analysis.decay import rows
-
-    def column(place: int) -> FloatArray:
-        return facts[:, place].reshape(shape)
-
-    result.range_available = column(rows.RANGE)
-    result.noise_floor = _decibels(column(rows.NOISE))
+    columns = {name: facts[:, place].reshape(shape) for place, name in enumerate(FACTS)}
+    result.range_available = columns["range"]
+    result.noise_floor = _decibels(columns["noise"])
     result.inr = -result.noise_floor
-    result.curvature = column(rows.CURVATURE)
-    result.nonlinearity = {"T20": column(rows.XI20), "T30": column(rows.XI30)}
-    result.onset = column(rows.ONSET)
-    result.crossing = column(rows.CROSSING)
-    result.late_time = column(rows.TAIL_TIME)
+    result.curvature = columns["curvature"]
+    result.nonlinearity = {"T20": columns["xi20"], "T30": columns["xi30"]}
+    result.onset = columns["onset"]
+    result.crossing = columns["crossing"]
+    result.late_time = columns["late"]
 
 
 def _decibels(square: FloatArray) -> FloatArray:

@@ -5,7 +5,15 @@ from numba import njit
 
 from analysis.decay.model import FAST
 
-__all__ = ["POINTS", "energy_after", "fill_curve", "fit_line", "moment"]
+__all__ = [
+    "POINTS",
+    "direct_end",
+    "energy_after",
+    "fill_curve",
+    "fit_line",
+    "moment",
+    "soften",
+]
 
 POINTS = 2048
 """Points of the curve; short decays have one per sample."""
@@ -96,3 +104,25 @@ def fit_line(curve, steps, width, upper, lower, line):
     line[2] = covered
     line[3] = jump
     return n
+
+
+@njit(cache=True, fastmath=FAST)
+def soften(energy, start, stop, wanted):
+    """Scale a stretch down to a mean."""
+    total = 0.0
+    for n in range(start, stop):
+        total += energy[n]
+    mean = total / max(stop - start, 1)
+    if mean > wanted:
+        for n in range(start, stop):
+            energy[n] *= wanted / mean
+
+
+@njit(cache=True)
+def direct_end(energy, onset, stop, reach):
+    """Return one past `reach` samples behind the direct sound's peak."""
+    peak = onset
+    for n in range(onset, min(onset + reach + 1, stop)):
+        if energy[n] > energy[peak]:
+            peak = n
+    return peak + reach + 1

@@ -14,7 +14,6 @@ FAST = {"reassoc", "contract", "nsz"}
 PARAMETERS = 5
 """ln N, ln A_1, ln b_1, ln A_2, ln b_2; absent parts are -inf."""
 NOTHING = -np.inf
-BLOCKS = 96
 
 
 @njit(cache=True, fastmath=FAST)

@@ -1,0 +1,177 @@
+"""Kernels on block energies: window, first guess, residuals, outliers."""
+
+import numpy as np
+from numba import njit
+
+from analysis.decay.model import (
+    NOTHING,
+    PARAMETERS,
+    block_means,
+    slopes_of_model,
+)
+
+__all__ = [
+    "empty_blocks",
+    "first_block",
+    "guess",
+    "mark_events",
+    "mark_isolated",
+    "residuals",
+    "zoom",
+]
+
+
+@njit(cache=True)
+def median_of(values):
+    """Return the median of a short array, which is left sorted."""
+    for i in range(1, len(values)):
+        value = values[i]
+        j = i - 1
+        while j >= 0 and values[j] > value:
+            values[j + 1] = values[j]
+            j -= 1
+        values[j + 1] = value
+    half = len(values) // 2
+    if len(values) % 2:
+        return values[half]
+    return 0.5 * (values[half - 1] + values[half])
+
+
+@njit(cache=True)
+def steady_level(means, count):
+    """Return the median of the last eighth of the blocks."""
+    return median_of(means[count - max(count // 8, 3) : count].copy())
+
+
+@njit(cache=True)
+def find_knee(means, count, noise):
+    """Return the first block from which four in a row lie near the noise."""
+    in_row = 0
+    for k in range(1, count):
+        in_row = in_row + 1 if means[k] < 1.7 * noise else 0
+        if in_row == 4:
+            return k - 3
+    return count
+
+
+@njit(cache=True)
+def empty_blocks(means, count):
+    """Count blocks of (almost) nothing between blocks of something."""
+    empty, later = 0, means[count - 1]
+    for k in range(count - 2, 0, -1):
+        if means[k] < 1e-6 * later:
+            empty += 1
+        later = max(later, means[k])
+    return empty
+
+
+@njit(cache=True)
+def zoom(energy, start, stop, count, means):
+    """Shrink the window to 2.2 times the knee; return (width, knee, noise)."""
+    end = stop
+    width, knee, noise = 0, 0, 0.0
+    for _ in range(8):
+        width = block_means(energy, start, end, count, means)
+        noise = steady_level(means, count)
+        knee = find_knee(means, count, noise)
+        wanted = int((2.2 * (knee + 1) + 4) * width)
+        if wanted > 0.85 * (end - start) or wanted < 2 * count:
+            break
+        end = start + wanted
+    return width, knee, noise
+
+
+@njit(cache=True)
+def first_block(means, knee, noise):
+    """Return the first block within 25 dB of the noise, at least 6 before the knee."""
+    for k in range(1, knee - 1):
+        if max(means[k], means[k + 1]) < 316.0 * noise:
+            return min(k, max(knee - 6, 1))
+    return max(min(knee - 6, knee), 1)
+
+
+@njit(cache=True)
+def guess(means, first, knee, noise, theta):
+    """Fill `theta` from a line through the logarithm; return False if it rises."""
+    n = 0
+    st, sy, stt, sty = 0.0, 0.0, 0.0, 0.0
+    for k in range(first, knee):
+        if means[k] > 1.2 * noise:
+            t, y = k + 0.5, np.log(means[k] - 0.5 * noise)
+            n, st, sy, stt, sty = n + 1, st + t, sy + y, stt + t * t, sty + t * y
+    spread = n * stt - st * st
+    if n < 2 or spread <= 0.0:
+        return False
+    slope = (n * sty - st * sy) / spread
+    if slope >= -1e-4:
+        return False
+    theta[:] = NOTHING
+    theta[0] = np.log(0.7 * noise)
+    theta[1] = (sy - slope * st) / n
+    theta[2] = np.log(-slope)
+    return True
+
+
+@njit(cache=True)
+def is_patterned(ratio, first, count, width):
+    """Return whether neighbouring residuals agree, or scatter more than chance."""
+    products, squares = 0.0, 1e-30
+    for k in range(first, count - 1):
+        products += ratio[k] * ratio[k + 1]
+        squares += ratio[k] * ratio[k]
+    blocks = count - 1 - first
+    if squares < 1e-8 * blocks:
+        return False
+    excess = squares / blocks * 0.5 * width > 1.5
+    return products / squares > (0.5 if excess else 1.5) / np.sqrt(blocks)
+
+
+@njit(cache=True)
+def residuals(theta, means, used, first, count, width, ratio):
+    """Fill `ratio` with mu/m - 1; return its robust spread and if it has a pattern."""
+    slopes = np.zeros(PARAMETERS)
+    sizes = np.empty(count)
+    n = 0
+    for k in range(first, count):
+        ratio[k] = means[k] / slopes_of_model(theta, k + 0.5, slopes) - 1.0
+        if used[k]:
+            sizes[n] = abs(ratio[k])
+            n += 1
+    spread = max(1.4826 * median_of(sizes[:n]), np.sqrt(2.0 / width))
+    return spread, is_patterned(ratio, first, count, width)
+
+
+@njit(cache=True)
+def mark_events(ratio, used, first, count, spread):
+    """Take out up to three blocks in a row that lie far above the model."""
+    found = 0
+    k = first
+    while k < count:
+        if ratio[k] <= max(6.0 * spread, 1.0):
+            k += 1
+            continue
+        start, stop = k, k + 1
+        while start > first and ratio[start - 1] > max(4.0 * spread, 0.7):
+            start -= 1
+        while stop < count and ratio[stop] > max(4.0 * spread, 0.7):
+            stop += 1
+        if stop - start <= 3:
+            for j in range(start, stop):
+                found += used[j]
+                used[j] = False
+        k = stop
+    return found
+
+
+@njit(cache=True)
+def mark_isolated(means, used, first, count):
+    """Take out early single blocks 10 dB above both sides that leave no decay."""
+    found = 0
+    for k in range(3, min(first, count - 2)):
+        before = max(means[k - 1], means[k - 2])
+        after = max(means[k + 1], means[k + 2])
+        late = means[k] < 0.1 * means[0] or before < 0.03 * means[0]
+        if late and means[k] > 10.0 * max(before, after) and after < 1.3 * before:
+            used[k] = False
+            found += 1
+    return found

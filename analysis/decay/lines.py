@@ -1,0 +1,148 @@
+"""The compensated curve of one response and the times and ratios read from it."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.decay import words
+from analysis.decay.answer import (
+    CROSSING,
+    CURVATURE,
+    EDT,
+    LATE,
+    NOISE,
+    RANGE,
+    T20,
+    T30,
+    XI20,
+    Answer,
+)
+from analysis.decay.curve import POINTS, energy_after, fill_curve, fit_line, moment
+from analysis.decay.model import NOTHING, crossing, tail_after
+from analysis.decay.noise import NoiseFit
+
+__all__ = ["DecayCurve", "read_ratio", "read_times"]
+
+FloatArray = NDArray[np.float64]
+
+FITS = ((EDT, 0.0, 10.0), (T20, 5.0, 25.0), (T30, 5.0, 35.0))
+"""Place and range of each line [dB] (ISO 3382-1, 3.2 and A.2.2)."""
+MARGIN = 3.0
+"""How far below a line's end the crossing must lie on the curve [dB]."""
+LOW_RANGE = 45.0
+"""Less range than this is flagged: T30 and 10 dB (ISO 3382-1, 5.3.2) [dB]."""
+LEAST_RANGE = 10.0
+"""With less range than this nothing is said [dB]."""
+
+
+@dataclass(frozen=True)
+class DecayCurve:
+    """Energy left after each moment, freed from noise, closed behind the crossing."""
+
+    energy: FloatArray
+    start: int
+    end: int
+    noise: float
+    tail: float
+    values: FloatArray
+    steps: int
+    width: int
+    fit: NoiseFit
+
+    @classmethod
+    def of(
+        cls, energy: FloatArray, onset: int, start: int, stop: int, fit: NoiseFit
+    ) -> "DecayCurve":
+        """Return the curve from `start`, by a fit whose time 0 is `onset`."""
+        block, noise = fit.width, math.exp(fit.theta[0])
+        met = crossing(fit.theta, (stop - onset) / block)
+        end = min(onset + int(met * block), stop)
+        tail = tail_after(fit.theta, (end - onset) / block) * block
+        values = np.empty(2 * POINTS + 2)
+        steps, width = fill_curve(energy, start, end, noise, tail, values)
+        return cls(energy, start, end, noise, tail, values, steps, width, fit)
+
+    @property
+    def total(self) -> float:
+        """Energy of the whole decay."""
+        return float(self.values[0])
+
+    @property
+    def floor(self) -> float:
+        """Level of the curve at the crossing [dB]."""
+        if self.end - self.start < 4 or not 0.0 < self.tail < self.total:
+            return 0.0
+        return 10.0 * math.log10(self.tail / self.total)
+
+    @property
+    def late_rate(self) -> float:
+        """Decay of the energy at the end, per sample."""
+        slow = 2 if self.fit.theta[3] == NOTHING else 4
+        return math.exp(self.fit.theta[slow]) / self.fit.width
+
+    def after(self, sample: int, onset: int) -> float:
+        """Return the energy from a sample on, by the model behind the crossing."""
+        if sample < self.end:
+            return energy_after(
+                self.energy, self.start, sample, self.noise, self.values, self.width
+            )
+        block = self.fit.width
+        return tail_after(self.fit.theta, (sample - onset) / block) * block
+
+    def centre(self, onset: int) -> float:
+        """Return the centre time, counted from the onset [samples]."""
+        first = moment(self.energy, self.start, self.end, self.noise)
+        first += self.tail * (self.end - self.start + 1.0 / self.late_rate)
+        return first / self.total + self.start - onset
+
+
+def read_times(curve: DecayCurve, rate: float, answer: Answer) -> None:
+    """Fill EDT, T20, T30, the quality of their lines, and facts of the curve."""
+    floor, line = curve.floor, np.empty(4)
+    answer.facts[RANGE], answer.facts[NOISE] = -floor, curve.noise
+    answer.facts[CROSSING] = (curve.end - curve.start) / rate
+    answer.facts[LATE] = 6.0 * math.log(10.0) / curve.late_rate / rate
+    if floor > -LOW_RANGE:
+        answer.flag(words.LOW_RANGE)
+    for place, upper, lower in FITS:
+        if floor > -lower - MARGIN:
+            answer.reasons[place] = words.RANGE_SHORT
+            continue
+        points = fit_line(curve.values, curve.steps, curve.width, upper, lower, line)
+        answer.reasons[place] = _judge(place, points, line, lower - upper)
+        if not answer.reasons[place]:
+            answer.values[place] = -60.0 / line[0] / rate
+            if place != EDT:
+                answer.facts[XI20 + place - T20] = 1000.0 * (1.0 - line[1] ** 2)
+    _read_curvature(answer)
+
+
+def _judge(place: int, points: int, line: FloatArray, span: float) -> int:
+    if points < 4 or line[2] < 0.3:
+        return words.NO_POINTS
+    if line[3] > 0.5 * span:
+        return words.PULSES
+    return words.NOT_STRAIGHT if line[1] > (-0.3 if place == EDT else -0.8) else 0
+
+
+def _read_curvature(answer: Answer) -> None:
+    t20, t30 = answer.values[T20], answer.values[T30]
+    if not np.isnan(t20) and not np.isnan(t30):
+        curvature = 100.0 * (t30 / t20 - 1.0)
+        answer.facts[CURVATURE] = curvature
+        if abs(curvature) > 10.0:
+            answer.flag(words.CURVED)
+
+
+def read_ratio(
+    total: float, late: float, tail: float, place: int, answer: Answer
+) -> None:
+    """Fill 10 lg(early/late) if the late energy stands clear of the noise."""
+    if late < 0.9 * tail:
+        answer.reasons[place] = words.LATE_BURIED
+    elif not 0.0 < late < total:
+        answer.reasons[place] = words.NO_LATE
+    else:
+        answer.values[place] = 10.0 * math.log10((total - late) / late)
