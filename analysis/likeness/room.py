@@ -79,7 +79,7 @@ def fit_room(
     faults = [
         name_faults(
             fit,
-            noise_excess_db=float(np.max(excess[k])),
+            noise_excess_db=_excess(excess[k]),
             own=float(alike[k, k]),
             partners=[
                 (names[j], float(alike[k, j])) for j in range(len(names)) if j != k
@@ -92,6 +92,14 @@ def fit_room(
         [noise_levels(np.stack(h), sample_rate) for h in (forward, reverse)], axis=1
     )
     return RoomLikeness(fits, faults, relative)
+
+
+def _excess(levels: FloatArray) -> float:
+    """Return how far the noisier direction stands out; 0 if both are alike.
+
+    What rises in both directions is a decay that outlasts the record.
+    """
+    return float(levels.max()) if abs(levels[1] - levels[0]) > 5.0 else 0.0
 
 
 def _typical(levels: FloatArray) -> float:

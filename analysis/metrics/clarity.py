@@ -35,6 +35,13 @@ def absolute_error(truth: Features, prediction: Features) -> FloatArray:
         return np.asarray(np.abs(truth[0] - prediction[0]))
 
 
+def robust_clarity(samples: FloatArray, sample_rate: int) -> Features:
+    """Return C50 of the noise-freed decay [dB]; NaN where it cannot be known."""
+    from analysis.parameters import acoustic_parameters
+
+    return (np.asarray(acoustic_parameters(samples, sample_rate)["C50"]),)
+
+
 CLARITY = METRICS.add("C50")(
     Metric(
         symbol="C50",
@@ -57,6 +64,12 @@ CLARITY = METRICS.add("C50")(
                 raf_clarity,
                 absolute_error,
                 "Real Acoustic Fields, Chen et al., CVPR 2024; authors' answers",
+            ),
+            "robust": Flavour(
+                "robust-1",
+                robust_clarity,
+                absolute_error,
+                "ISO 3382-1:2009, noise handled, from the direct sound",
             ),
         },
     )

@@ -26,6 +26,13 @@ def raf_early_decay_time(samples: FloatArray, sample_rate: int) -> Features:
     return (6.0 * first / sample_rate,)
 
 
+def robust_early_decay_time(samples: FloatArray, sample_rate: int) -> Features:
+    """Return EDT of the noise-freed decay [s]; NaN where it cannot be known."""
+    from analysis.parameters import acoustic_parameters
+
+    return (np.asarray(acoustic_parameters(samples, sample_rate)["EDT"]),)
+
+
 EARLY_DECAY = METRICS.add("EDT")(
     Metric(
         symbol="EDT",
@@ -48,6 +55,12 @@ EARLY_DECAY = METRICS.add("EDT")(
                 raf_early_decay_time,
                 absolute_error,
                 "Real Acoustic Fields, Chen et al., CVPR 2024; authors' answers",
+            ),
+            "robust": Flavour(
+                "robust-1",
+                robust_early_decay_time,
+                absolute_error,
+                "ISO 3382-1:2009, noise handled, from the direct sound",
             ),
         },
     )

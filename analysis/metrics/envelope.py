@@ -32,6 +32,13 @@ def compare_envelopes(truth: Features, prediction: Features) -> FloatArray:
         return error / np.max(truth[0], axis=-1)
 
 
+def compare_envelopes_relatively(truth: Features, prediction: Features) -> FloatArray:
+    """Sum the envelope error over the sum of the truth's envelope."""
+    error = np.sum(np.abs(truth[0] - prediction[0]), axis=-1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(error / np.sum(truth[0], axis=-1))
+
+
 ENVELOPE = METRICS.add("Env")(
     Metric(
         symbol="Env",
@@ -54,6 +61,12 @@ ENVELOPE = METRICS.add("Env")(
                 hilbert_envelope,
                 compare_envelopes,
                 "RAF defines none: as paper-1",
+            ),
+            "robust": Flavour(
+                "robust-1",
+                hilbert_envelope,
+                compare_envelopes_relatively,
+                "ours: error over the sum of the envelope, whatever the length",
             ),
         },
     )

@@ -80,6 +80,13 @@ def raf_error(truth: Features, prediction: Features) -> FloatArray:
     return np.where(np.isfinite(error), error, 1.0)
 
 
+def robust_reverberation_time(samples: FloatArray, sample_rate: int) -> Features:
+    """Return T20 of the noise-freed decay [s]; NaN where it cannot be known."""
+    from analysis.parameters import acoustic_parameters
+
+    return (np.asarray(acoustic_parameters(samples, sample_rate)["T20"]),)
+
+
 REVERBERATION = METRICS.add("T60")(
     Metric(
         symbol="T60",
@@ -102,6 +109,12 @@ REVERBERATION = METRICS.add("T60")(
                 raf_reverberation_time,
                 raf_error,
                 "Real Acoustic Fields, Chen et al., CVPR 2024; authors' answers",
+            ),
+            "robust": Flavour(
+                "robust-1",
+                robust_reverberation_time,
+                relative_error,
+                "ISO 3382-1:2009, noise handled, from the direct sound: T20",
             ),
         },
     )
