@@ -95,6 +95,9 @@ class ManualRig:
         """Return the time a person needs, 0 for staying."""
         return 0.0 if start.distance(end) == 0.0 else self.seconds
 
+    def connect(self) -> None:
+        """Do nothing: there is no line."""
+
     def home(self) -> None:
         """Do nothing: a person has no reference switch."""
 

@@ -45,8 +45,12 @@ class Rig(Protocol):
         """
         ...
 
+    def connect(self) -> None:
+        """Open what has to be opened and find out what is there; move nothing."""
+        ...
+
     def home(self) -> None:
-        """Find the reference, so that the position is known."""
+        """Find the reference, connecting first; afterwards the position is known."""
         ...
 
     def homing_sweep(self) -> np.ndarray:

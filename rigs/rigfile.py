@@ -10,7 +10,9 @@ from pydantic import Field, create_model
 from rigs.carriers import Carriers
 from rigs.clock import Clock, SystemClock
 from rigs.rig import RIGS, Rig, Surroundings
+from rigs.words import Triple
 from rir.config import Config, load_yaml
+from rir.errors import ConfigError
 from rir.pose import Pose
 
 
@@ -88,3 +90,68 @@ def _clock_for(file: RigFile) -> Clock:
 def build_rig(config: Any, around: Surroundings) -> Rig:
     """Build one rig from its checked part of a rig file."""
     return RIGS[config.kind].build(config, around)
+
+
+PRESETS = Path(__file__).parent / "presets"
+
+
+def preset_names() -> list[str]:
+    """Return the names of the rig files that come with the project."""
+    return sorted(path.stem for path in PRESETS.glob("*.yaml"))
+
+
+def find_rig_file(name: Path | str) -> Path:
+    """Return the path of a rig file, given as a path or as the name of a preset.
+
+    Raises
+    ------
+    ConfigError
+        If there is neither.
+    """
+    path = Path(name)
+    if path.is_file():
+        return path
+    preset = PRESETS / f"{name}.yaml"
+    if preset.is_file():
+        return preset
+    raise ConfigError(
+        f"there is no rig file {name}; presets are {', '.join(preset_names())}"
+    )
+
+
+class PointConfig(Config):
+    """One touched point."""
+
+    machine_mm: Triple
+    room_m: Triple
+
+
+class PointsFile(Config):
+    """Points touched for the frame fit."""
+
+    points: tuple[PointConfig, ...] = Field(min_length=3)
+
+
+def load_points(path: Path | str) -> tuple[list[Triple], list[Triple]]:
+    """Read touched points: machine mm and room m."""
+    points = load_yaml(path, PointsFile).points
+    return [p.machine_mm for p in points], [p.room_m for p in points]
+
+
+class PairConfig(Config):
+    """Two places."""
+
+    a: Triple
+    b: Triple
+
+
+class PairsFile(Config):
+    """Pairs of places."""
+
+    pairs: tuple[PairConfig, ...] = Field(min_length=1)
+
+
+def load_pairs(path: Path | str) -> list[tuple[Pose, Pose]]:
+    """Read pairs of places as poses that face each other."""
+    pairs = load_yaml(path, PairsFile).pairs
+    return [(Pose.facing(p.a, p.b), Pose.facing(p.b, p.a)) for p in pairs]

@@ -95,6 +95,9 @@ class SimulatedRig:
         """Estimate the seconds of a move, settling included."""
         return self._travel(start, end) + self.settle
 
+    def connect(self) -> None:
+        """Do nothing: there is no line."""
+
     def home(self) -> None:
         """Do nothing: a simulated rig always knows where it is."""
 

@@ -55,6 +55,11 @@ class PseudoTerminal:
             if answer := self.chip.take():
                 os.write(self._main, answer)
 
+    def wait(self) -> None:
+        """Wait until closed from elsewhere, or interrupted."""
+        while not self._stop.wait(0.2):
+            pass
+
     def close(self) -> None:
         """Stop serving and close both ends."""
         if self._stop.is_set():
