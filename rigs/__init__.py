@@ -1,19 +1,32 @@
-"""Carry loudspeaker and microphone to poses, and never lie about where they are."""
+"""Carry loudspeaker and microphone to poses, and never lie about where they are.
 
-# each import enters a kind of rig into the table
-import rigs.composite
-import rigs.grbl
-import rigs.manual
-import rigs.marlin
-import rigs.simulated
-import rigs.turntable  # noqa: F401
-from rigs.carriers import Carriers
-from rigs.clock import Clock, FastClock, SystemClock, VirtualClock
-from rigs.envelope import Envelope, KeepOut
-from rigs.manual import ManualRig
-from rigs.rig import RIGS, Rig, RigKind, Surroundings
-from rigs.rigfile import load_rig
-from rigs.simulated import SimulatedRig
+Names are loaded on first use, so that commands start fast.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rigs.carriers import Carriers
+    from rigs.clock import Clock, FastClock, SystemClock, VirtualClock
+    from rigs.envelope import Envelope, KeepOut
+    from rigs.kinds import RIGS, RigKind, Surroundings
+    from rigs.manual import ManualRig
+    from rigs.rig import Rig
+    from rigs.rigfile import load_rig
+    from rigs.simulated import SimulatedRig
+
+_HOMES = {
+    "rigs.carriers": "Carriers",
+    "rigs.clock": "Clock FastClock SystemClock VirtualClock",
+    "rigs.envelope": "Envelope KeepOut",
+    "rigs.kinds": "RIGS RigKind Surroundings",
+    "rigs.manual": "ManualRig",
+    "rigs.rig": "Rig",
+    "rigs.rigfile": "load_rig",
+    "rigs.simulated": "SimulatedRig",
+}
+_HOME_OF = {name: home for home, names in _HOMES.items() for name in names.split()}
 
 __all__ = [
     "RIGS",
@@ -31,3 +44,9 @@ __all__ = [
     "VirtualClock",
     "load_rig",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME_OF:
+        raise AttributeError(f"module 'rigs' has no attribute {name!r}")
+    return getattr(import_module(_HOME_OF[name]), name)

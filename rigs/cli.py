@@ -106,11 +106,11 @@ def ports() -> None:
 @app.command()
 def kinds() -> None:
     """List the kinds of rig a rig file may name, and the presets."""
-    import rigs
+    from rigs.kinds import RIGS
     from rigs.rigfile import preset_names
 
     console = _console()
-    for name, kind in rigs.RIGS.items():
+    for name, kind in RIGS.items():
         console.print(f"{name:<10} {kind.about}")
     console.print("presets: " + ", ".join(preset_names()))
 
@@ -273,7 +273,8 @@ def simulate(
 ) -> None:
     """Serve a simulated Grbl board on a pseudo-terminal until Ctrl-C."""
     from rigs.clock import FastClock
-    from rigs.firmware import GrblFirmware, PseudoTerminal
+    from rigs.firmware.grbl import GrblFirmware
+    from rigs.firmware.pty import PseudoTerminal
     from rigs.grbl import USUAL_SETTINGS
 
     terminal = PseudoTerminal(GrblFirmware(USUAL_SETTINGS), FastClock(rate))

@@ -9,7 +9,8 @@ from pydantic import Field, create_model
 
 from rigs.carriers import Carriers
 from rigs.clock import Clock, SystemClock
-from rigs.rig import RIGS, Rig, Surroundings
+from rigs.kinds import RIGS, Surroundings
+from rigs.rig import Rig
 from rigs.words import Triple
 from rir.config import Config, load_yaml
 from rir.errors import ConfigError

@@ -14,7 +14,7 @@ TRIES = 2000
 def visit_random_poses(
     carriers: Carriers, count: int, seed: int, show: Callable[[str], None]
 ) -> float:
-    """Visit random poses and return to the start.
+    """Visit random poses and the first of them again.
 
     Parameters
     ----------
@@ -38,16 +38,13 @@ def visit_random_poses(
         If a carrier does not arrive, or nothing can be visited.
     """
     rng = np.random.default_rng(seed)
-    start = carriers.where()
+    goals = [_draw(carriers, rng) for _ in range(count)]
     worst = 0.0
-    for k in range(count):
-        goal = _draw(carriers, rng)
+    for k, goal in enumerate([*goals, goals[0]]):
         reached = carriers.place(*goal)
         off = max(a.distance(b) for a, b in zip(goal, reached, strict=True))
         worst = max(worst, off)
-        show(f"{k + 1}/{count}: emitter {reached[0]}, listener {reached[1]}")
-    if start[0] is not None and start[1] is not None:
-        carriers.place(start[0], start[1])
+        show(f"{k + 1}/{count + 1}: emitter {reached[0]}, listener {reached[1]}")
     return worst
 
 

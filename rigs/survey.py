@@ -131,6 +131,7 @@ def refine_places(
     unknown = np.append(start.ravel(), 0.0)
     trust = np.append(1.0 / prior.ravel() ** 2, 1e-6 if fit_offset else 1e18)
     base = unknown.copy()
+    normal = np.diag(trust)
     for _ in range(20):
         jacobian, model = _model(unknown, i, j, len(start))
         weighted = jacobian.T / length_sigma**2
