@@ -98,11 +98,12 @@ def _writer(
     if simulation is not None:
         cardioid = simulation.loudspeaker == "cardioid"
         gain = GainPattern.cardioid() if cardioid else GainPattern.omni()
+    about = state.first.get("about", {})
     return DatasetWriter(
         folder.dataset_path,
         sample_rate=config.sample_rate,
         n_samples=examiner.length,
-        simulated=config.simulated,
+        simulated=config.simulated or about.get("simulated", False),
         pre=examiner.pre,
         dtype="float64" if simulation and simulation.exact else "float32",
         session=folder.path.resolve().name,
@@ -110,7 +111,7 @@ def _writer(
         metadata={
             "config": config.model_dump(mode="json"),
             "sweep": examiner.sweep.describe(),
-            "started": state.first.get("about", {}),
+            "started": about,
         },
         created_utc=state.first.get("time", ""),
         emitter_gain=gain,

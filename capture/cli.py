@@ -116,6 +116,9 @@ def capture_pairs(
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Print and check the plan; do nothing.")
     ] = False,
+    yes: Annotated[
+        bool, typer.Option("--yes", help="Answer yes where a rig asks to be homed.")
+    ] = False,
     list_devices: Annotated[
         bool, typer.Option("--list-devices", help="List the audio devices there are.")
     ] = False,
@@ -179,11 +182,15 @@ def capture_pairs(
     elif check:
         _check(request, console)
     else:
-        _capture(request, out, resume, console, plain)
+        _capture(request, out, resume, console, (plain, yes))
 
 
 def _capture(
-    request: Any, out: Path | None, resume: bool | None, console: "Console", plain: bool
+    request: Any,
+    out: Path | None,
+    resume: bool | None,
+    console: "Console",
+    manner: tuple[bool, bool],
 ) -> None:
     from datetime import date
 
@@ -200,8 +207,9 @@ def _capture(
     config = None if folder.exists else plan_session(request)
     shown = config or folder.load_config()
     console.print(f"session folder {folder.path}", highlight=False, soft_wrap=True)
+    plain, yes = manner
     with make_display(console, simulated=shown.simulated, plain=plain) as display:
-        path = run_session(folder, config, display)
+        path = run_session(folder, config, display, yes=yes)
     _say_written(path, shown.simulated, console)
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from capture.journal import Event
 from capture.plan import Measure, Move, Plan
+from rir import SessionError
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -112,8 +113,20 @@ class PlainDisplay:
         self.console.print(text, style=style, highlight=False, soft_wrap=True)
 
     def ask(self, text: str) -> str:
-        """Show a text, wait for a line and return it."""
-        return self.console.input(f"{text} ", markup=False)
+        """Show a text, wait for a line and return it.
+
+        Raises
+        ------
+        SessionError
+            If nobody can answer.
+        """
+        try:
+            return self.console.input(f"{text} ", markup=False)
+        except EOFError as error:
+            raise SessionError(
+                "nobody is there to answer; run on a terminal, or give --yes to let "
+                "rigs home by themselves"
+            ) from error
 
     def _on_planned(self, event: Event) -> None:
         plan, remaining = event["plan"], event["remaining"]

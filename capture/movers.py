@@ -2,6 +2,8 @@
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
+from itertools import pairwise
+from math import isfinite
 from typing import Any, Protocol
 
 from capture.plan import Move
@@ -10,6 +12,10 @@ from rigs.manual import instruction
 from rir import Pose, RigError, RoomSpec
 
 __all__ = ["Mover", "Person", "Redo", "RigPair", "Skip"]
+
+
+SAMPLED = 12
+UNKNOWN_MOVE_S = 15.0
 
 
 class Skip(Exception):  # noqa: N818 (a request of the operator, not an error)
@@ -32,12 +38,20 @@ class Mover(Protocol):
         """Raise `OutOfReachError` if the places cannot be had; move nothing."""
         ...
 
+    def prepare(self) -> None:
+        """Get ready for the first place; ask before anything moves."""
+        ...
+
+    def mend(self, error: RigError) -> None:
+        """Get ready again after a fault, or raise it."""
+        ...
+
     def place(self, step: Move) -> tuple[Pose, Pose]:
         """Bring both to their places and return the poses reached."""
         ...
 
-    def seconds(self) -> float:
-        """Estimate the length of a move [s]."""
+    def seconds(self, moves: Sequence[Move]) -> float:
+        """Estimate the mean length of some moves in a row [s]."""
         ...
 
     def quiet(self) -> AbstractContextManager[None]:
@@ -66,12 +80,19 @@ class RigPair:
         The rigs.
     ask : callable, optional
         Asks a person whether a rig that has lost its position may be homed.
+    homing : bool
+        Whether the rigs need homing before their first move.
     """
 
     def __init__(
-        self, carriers: Carriers, *, ask: Callable[[str], bool] | None = None
+        self,
+        carriers: Carriers,
+        *,
+        ask: Callable[[str], bool] | None = None,
+        homing: bool = False,
     ) -> None:
         self.carriers = carriers
+        self.homing = homing
         self._ask = ask
 
     @property
@@ -82,6 +103,24 @@ class RigPair:
     def check(self, step: Move) -> None:
         """Ask the rigs whether the places are in reach."""
         self.carriers.check(step.emitter, step.listener)
+
+    def prepare(self) -> None:
+        """Home rigs that do not know where they are, if a person agrees.
+
+        Raises
+        ------
+        RigError
+            If nobody agrees.
+        """
+        if self.homing and None in self.carriers.where():
+            self.mend(RigError("the rigs do not know where they are"))
+
+    def mend(self, error: RigError) -> None:
+        """Home what is lost after a fault, if a person agrees; else raise the fault."""
+        question = f"{error}. Home the rigs now? They will move. [y/N]"
+        if self._ask is None or not self._ask(question):
+            raise error
+        self.carriers.home()
 
     def place(self, step: Move) -> tuple[Pose, Pose]:
         """Move both; after a fault, home and try once more if a person agrees.
@@ -94,16 +133,15 @@ class RigPair:
         try:
             return self.carriers.place(step.emitter, step.listener)
         except RigError as error:
-            question = f"{error}. Home both rigs and try again?"
-            if self._ask is None or not self._ask(question):
-                raise
-        self.carriers.home()
+            self.mend(error)
         return self.carriers.place(step.emitter, step.listener)
 
-    def seconds(self) -> float:
-        """Return a typical length of a move [s]."""
-        there, back = Pose.at(0, 0, 1), Pose.at(2, 1, 1, yaw_deg=90)
-        return self.carriers.duration((there, back), (back, there))
+    def seconds(self, moves: Sequence[Move]) -> float:
+        """Return the mean length of the first moves, as the rigs plan them [s]."""
+        poses = [(move.emitter, move.listener) for move in moves[:SAMPLED]]
+        lengths = [self.carriers.duration(start, end) for start, end in pairwise(poses)]
+        known = [length for length in lengths if isfinite(length)]
+        return sum(known) / len(known) if known else UNKNOWN_MOVE_S
 
     def quiet(self) -> AbstractContextManager[None]:
         """Keep the rigs still and silent."""
@@ -190,6 +228,13 @@ class Person:
             call(pose)
         return step.emitter, step.listener
 
+    def prepare(self) -> None:
+        """Do nothing: the first prompt tells all."""
+
+    def mend(self, error: RigError) -> None:
+        """Raise the fault: a person has nothing to home."""
+        raise error
+
     def _orders(self, step: Move) -> str:
         start, end = step.direction
         last = self._last
@@ -228,8 +273,9 @@ class Person:
             self._clock.sleep(min(1.0, seconds))
             seconds -= 1.0
 
-    def seconds(self) -> float:
+    def seconds(self, moves: Sequence[Move]) -> float:
         """Return how long a person takes [s]."""
+        del moves
         return 60.0
 
     def quiet(self) -> AbstractContextManager[None]:

@@ -1,6 +1,7 @@
 """Run a session from its folder to its data set."""
 
 import platform
+from dataclasses import replace
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -22,6 +23,28 @@ from rir.records import software_version
 __all__ = ["check_plan", "run_session", "utc_now"]
 
 
+class Willing:
+    """A voice that says yes to everything.
+
+    Parameters
+    ----------
+    display : PlainDisplay
+        Shows what was asked and answered.
+    """
+
+    def __init__(self, display: PlainDisplay) -> None:
+        self._display = display
+
+    def ask(self, text: str) -> str:
+        """Show the question and answer yes."""
+        self.say(f"{text} yes")
+        return "yes"
+
+    def say(self, text: str) -> None:
+        """Show a text."""
+        self._display.say(text)
+
+
 def utc_now() -> str:
     """Return the time of day as ISO 8601 text, to the millisecond."""
     return datetime.now(UTC).isoformat(timespec="milliseconds")
@@ -35,14 +58,18 @@ def check_plan(config: SessionConfig, mover: Mover) -> Plan:
     OutOfReachError
         If a place cannot be reached; nothing is moved.
     """
-    plan = build_plan(config, mover.seconds())
+    plan = build_plan(config)
     for move in plan.moves:
         mover.check(move)
-    return plan
+    return replace(plan, move_s=mover.seconds(plan.moves))
 
 
 def run_session(
-    folder: SessionFolder, config: SessionConfig | None, display: PlainDisplay
+    folder: SessionFolder,
+    config: SessionConfig | None,
+    display: PlainDisplay,
+    *,
+    yes: bool = False,
 ) -> Path:
     """Start or resume a session, finish it, and build its data set.
 
@@ -54,6 +81,8 @@ def run_session(
         The configuration of a new session; None resumes.
     display : PlainDisplay
         What shows it.
+    yes : bool
+        Whether rigs may be homed without asking.
 
     Returns
     -------
@@ -72,7 +101,8 @@ def run_session(
     def note(text: str) -> None:
         session.record({"event": "note", "text": text})
 
-    stage = set_stage(config, voice=display, note=note)
+    voice = Willing(display) if yes else display
+    stage = set_stage(config, voice=voice, note=note)
     plan = check_plan(config, stage.mover)
     with Journal(folder.journal_path) as journal:
         session = Session(
@@ -108,14 +138,14 @@ def _begin(session: Session) -> None:
 
 def about_session(session: Session) -> dict[str, Any]:
     """Return where and with what a session runs."""
-    config = session.config
+    simulated = session.config.simulated or session.mover.simulated
     return {
         "software": software_version(),
         "python": platform.python_version(),
         "numpy": version("numpy"),
         "scipy": version("scipy"),
         "system": platform.platform(),
-        "simulated": config.simulated,
-        "mark": "SIMULATED" if config.simulated else "MEASURED",
+        "simulated": simulated,
+        "mark": "SIMULATED" if simulated else "MEASURED",
         "rigs": session.mover.describe(),
     }

@@ -17,7 +17,7 @@ from capture.plan import Measure, Move, Plan, Step, take_name
 from capture.sensors import AirSensor, NoSensor
 from capture.state import SessionState
 from rigs.clock import Clock, SystemClock
-from rir import Environment, InterfaceError, Pose, SessionError
+from rir import Environment, InterfaceError, Pose, RigError, SessionError
 
 __all__ = ["Session"]
 
@@ -80,6 +80,7 @@ class Session:
         self._gave_up = 0
         self.last_reason = ""
         self._poses: tuple[Pose, Pose] | None = None
+        self._at: Move | None = None
 
     def run(self) -> list[str]:
         """Do what is left of the plan.
@@ -97,6 +98,8 @@ class Session:
         remaining = self.plan.without(self.state.done(self.plan))
         self.show({"event": "planned", "plan": self.plan, "remaining": remaining})
         try:
+            if remaining.steps:
+                self.mover.prepare()
             self._follow(list(remaining))
         except BaseException as error:
             self._stop(error)
@@ -163,6 +166,7 @@ class Session:
             self.clock.sleep(step.seconds)
 
     def _move(self, step: Move) -> None:
+        self._at = step
         self._poses = self.mover.place(step)
         emitter, listener = self._poses
         self.record(
@@ -243,14 +247,22 @@ class Session:
         )
         try:
             recording = self._play(name, step)
-        except InterfaceError as error:
-            self._held.drop()
+        except (InterfaceError, RigError) as error:
             self.last_reason = str(error)
             self.record({"event": "take_failed", **about, "reason": str(error)})
+            self._mend(error)
             return
         event = self.keep(about, recording)
         self.last_reason = "; ".join(event["reasons"])
         self.record(event)
+
+    def _mend(self, error: InterfaceError | RigError) -> None:
+        """Make ready for another try after a device has failed."""
+        if isinstance(error, InterfaceError):
+            self._held.drop()
+        elif self._at is not None:
+            self.mover.mend(error)
+            self._move(self._at)
 
     def _circumstances(self, step: Measure, air: Environment) -> dict[str, Any]:
         if self._poses is None:

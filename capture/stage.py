@@ -3,6 +3,8 @@
 import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
@@ -93,8 +95,11 @@ def set_stage(
         air = _air(config.room)
         sensor = SimulatedAir(world, air, sigma_c=sigma, seed=config.seed)
     around = Surroundings(world, on_progress)
+    mover = build_mover(config, world=world, clock=clock, voice=voice, note=note)
+    if mover.simulated:
+        clock = VirtualClock()
     return Stage(
-        build_mover(config, world=world, clock=clock, voice=voice, note=note),
+        mover,
         lambda: INTERFACES[config.interface].open(config, around),
         sensor,
         clock,
@@ -129,13 +134,25 @@ def build_mover(
         return RigPair(_simulated_rigs(config, on_emitter, on_listener, clock))
     consent = None if voice is None else lambda text: _yes(voice.ask(text))
     carriers = load_rig(
-        config.rig,
+        rig_file(config.rig),
         on_emitter=on_emitter,
         on_listener=on_listener,
         ask=consent,
         tell=voice.say if voice else None,
     )
-    return RigPair(carriers, ask=consent)
+    return RigPair(carriers, ask=consent, homing=True)
+
+
+def rig_file(name: str) -> Path:
+    """Return the path of a rig file, or of one that comes with the program.
+
+    Examples
+    --------
+    >>> rig_file("kitchen-simulated").name
+    'kitchen-simulated.yaml'
+    """
+    preset = Path(str(files("rigs"))) / "presets" / f"{name}.yaml"
+    return preset if preset.exists() else Path(name)
 
 
 def _yes(answer: str) -> bool:
