@@ -17,11 +17,6 @@ app = typer.Typer(
 )
 
 
-@app.callback()
-def _commands() -> None:
-    """Keep `report` a sub-command even while it is the only one."""
-
-
 @app.command()
 def report(
     sessions: Annotated[list[Path], typer.Argument(help="Sessions or .h5 files.")],
@@ -48,6 +43,35 @@ def report(
 
     options = StudyOptions(flavour, duration, position_mm, seed)
     make_report(sessions, out, title=title, options=options, figures=figures)
+
+
+@app.command()
+def compare(
+    first: Annotated[Path, typer.Argument(help="A report's folder or report.json.")],
+    second: Annotated[Path, typer.Argument(help="The other one.")],
+    out: Annotated[Path, typer.Option(help="Page to write.")] = Path("compare.html"),
+    seed: Annotated[int, typer.Option(help="Seed of the bootstrap.")] = 0,
+) -> None:
+    """Compare two reports: which session came closer to reciprocity."""
+    from analysis.report.command import compare_two
+
+    compare_two(first, second, out, seed)
+
+
+@app.command()
+def metrics(
+    files: Annotated[
+        list[Path], typer.Argument(help="WAV, FLAC, SOFA, .h5 or session folders.")
+    ],
+    bands: Annotated[str, typer.Option(help="none, octave or third.")] = "none",
+    out: Annotated[
+        Path | None, typer.Option(help="Also write the table: .csv or .json.")
+    ] = None,
+) -> None:
+    """Print acoustic parameters (ISO 3382) of response files."""
+    from analysis.table.command import show_parameters
+
+    show_parameters(files, bands=bands, out=out)
 
 
 @app.command()

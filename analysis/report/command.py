@@ -11,7 +11,7 @@ from analysis.report.write import write_report
 from rir.dataset import Dataset
 from rir.errors import DatasetError
 
-__all__ = ["make_report", "open_sessions"]
+__all__ = ["compare_two", "make_report", "open_sessions"]
 
 
 def make_report(
@@ -61,3 +61,26 @@ def open_sessions(paths: Sequence[Path]) -> list[Dataset]:
         opened = Dataset.open(path)
         by_rate.setdefault((opened.sample_rate, opened.n_samples), []).append(path)
     return [Dataset.open(*group) for group in by_rate.values()]
+
+
+def compare_two(first: Path, second: Path, out: Path, seed: int) -> Path:
+    """Compare two reports, print the lines, write the page."""
+    import numpy as np
+
+    from analysis.report.compare import compare_reports, load_report, write_comparison
+    from analysis.report.tables import number
+
+    reports = [load_report(path) for path in (first, second)]
+    lines = compare_reports(reports[0], reports[1], np.random.default_rng(seed))
+    screen = Console()
+    for line in lines:
+        screen.print(
+            f"{line['room']} {line['metric']}: {number(line['first'])} -> "
+            f"{number(line['second'])} {line['unit']}, factor {number(line['change'])} "
+            f"({number(line['low'])} to {number(line['high'])}): {line['words']}",
+            highlight=False,
+            markup=False,
+        )
+    path = write_comparison(lines, (str(first), str(second)), out)
+    screen.print(f"wrote {path}", highlight=False, markup=False, soft_wrap=True)
+    return path

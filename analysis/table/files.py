@@ -1,0 +1,96 @@
+"""Responses from any file a person has: sound, SOFA, data set, session folder."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rir.audio import read_audio
+from rir.dataset import Dataset
+from rir.errors import SignalError
+from rir.optional import require
+
+__all__ = ["FileResponses", "read_responses"]
+
+ROWS_AT_ONCE = 256
+
+
+@dataclass(frozen=True)
+class FileResponses:
+    """Some responses of one file.
+
+    Parameters
+    ----------
+    file : str
+        Name of the file.
+    labels : list of str
+        What tells the responses of the file apart.
+    samples : ndarray, shape (k, n)
+        Responses.
+    sample_rate : int
+        Samples per second [Hz].
+    mark : str
+        SIMULATED or MEASURED where the file says so, else empty.
+    """
+
+    file: str
+    labels: list[str]
+    samples: NDArray[np.float64]
+    sample_rate: int
+    mark: str = ""
+
+
+def read_responses(path: str | Path) -> Iterator[FileResponses]:
+    """Yield the responses of a file, a few hundred at a time.
+
+    Parameters
+    ----------
+    path : path
+        WAV, FLAC or another sound file; SOFA; HDF5 data set; session folder.
+
+    Raises
+    ------
+    SignalError, DatasetError
+        If the file cannot be read as what its name says.
+    """
+    place = Path(path)
+    if not place.exists():
+        raise SignalError(f"no file {place}")
+    if place.is_dir() or place.suffix.lower() in {".h5", ".hdf5"}:
+        yield from _of_dataset(place)
+    elif place.suffix.lower() == ".sofa":
+        yield _of_sofa(place)
+    else:
+        samples, rate = read_audio(place)
+        labels = [f"channel {k}" for k in range(len(samples))]
+        yield FileResponses(place.name, labels, samples, rate)
+
+
+def _of_dataset(path: Path) -> Iterator[FileResponses]:
+    dataset = Dataset.open(path)
+    takes = dataset.table["take_id"]
+    for start in range(0, len(dataset), ROWS_AT_ONCE):
+        rows = range(start, min(start + ROWS_AT_ONCE, len(dataset)))
+        yield FileResponses(
+            path.name,
+            [str(takes[row]) or f"row {row}" for row in rows],
+            np.asarray(dataset.responses[list(rows)], float),
+            dataset.sample_rate,
+            dataset.mark,
+        )
+
+
+def _of_sofa(path: Path) -> FileResponses:
+    sofar = require("sofar", why="reading SOFA files")
+    try:
+        sofa = sofar.read_sofa(str(path), verify=False, verbose=False)
+        samples = np.asarray(sofa.Data_IR, float)
+        rate = float(np.ravel(sofa.Data_SamplingRate)[0])
+    except (AttributeError, OSError, ValueError) as error:
+        raise SignalError(f"{path} holds no impulse responses: {error}") from error
+    lead = samples.shape[:-1]
+    labels = [" ".join(map(str, index)) for index in np.ndindex(*lead)]
+    flat = samples.reshape(-1, samples.shape[-1])
+    return FileResponses(path.name, labels, flat, round(rate))
