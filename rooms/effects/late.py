@@ -40,12 +40,17 @@ def _draw(
     seed: int, count: int, spacing: float, start: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Draw times, two directions and a sign for each wave."""
-    rng = np.random.Generator(np.random.Philox(key=seed))
-    time = start + spacing * (np.arange(count) + rng.random(count))
-    ways = rng.standard_normal((2, count, 3))
-    ways /= np.linalg.norm(ways, axis=-1, keepdims=True)
-    sign = np.where(rng.random(count) < 0.5, -1.0, 1.0)
-    return time, ways[0], ways[1], sign
+    # one stream per quantity: a longer response begins with the same waves
+    times, ways, signs = (
+        np.random.Generator(np.random.Philox(key=[seed % 2**64, stream]))
+        for stream in range(3)
+    )
+    time = start + spacing * (np.arange(count) + times.random(count))
+    way = ways.standard_normal((count, 2, 3))
+    way /= np.linalg.norm(way, axis=-1, keepdims=True)
+    sign = np.where(signs.random(count) < 0.5, -1.0, 1.0)
+    one, other = np.ascontiguousarray(np.swapaxes(way, 0, 1))
+    return time, one, other, sign
 
 
 def apply(scene: Scene, sound: Sound) -> None:

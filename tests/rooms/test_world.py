@@ -83,7 +83,7 @@ def test_presets_decay_as_eyring_predicts(name):
     duration = 1.3 * expected.max()
     world = World(room, sample_rate=24000, duration=duration)
     size = np.array(room.size_m)
-    places = np.random.default_rng(0).uniform(0.15, 0.85, (8, 2, 3)) * size
+    places = np.random.default_rng(0).uniform(0.15, 0.85, (12, 2, 3)) * size
     responses = [world.response(Pose(a), Pose(b)) for a, b in places]
     measured = [
         np.mean([decay_time(octave(h, 24000, f) ** 2, 1 / 24000) for h in responses])

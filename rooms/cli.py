@@ -1,0 +1,208 @@
+"""The command `simulate-room`."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from rir.command import run
+
+if TYPE_CHECKING:
+    from rooms.scene import Scene
+
+__all__ = ["app", "main"]
+
+app = typer.Typer(add_completion=False, no_args_is_help=True)
+
+
+@app.command()
+def simulate_room(
+    scene: Annotated[
+        str,
+        typer.Argument(
+            help="kitchen, conference, office, l-shaped, coupled, corridor; a room"
+            " .yaml; a mesh (.obj .ply .glb .stl) or a folder with one."
+        ),
+    ],
+    explain: Annotated[
+        bool, typer.Option("--explain", help="Show which effects are on, and why.")
+    ] = False,
+    cost: Annotated[
+        bool, typer.Option("--cost", help="Measure error against seconds per knob.")
+    ] = False,
+    emitter: Annotated[
+        list[str] | None, typer.Option(help="x,y,z[,yaw] in m and °; repeatable.")
+    ] = None,
+    listener: Annotated[
+        list[str] | None, typer.Option(help="x,y,z[,yaw] in m and °; repeatable.")
+    ] = None,
+    sample_rate: Annotated[int, typer.Option(help="Samples per second [Hz].")] = 48000,
+    duration: Annotated[float, typer.Option(help="Length [s].")] = 0.5,
+    accuracy: Annotated[
+        str | None, typer.Option(help='For instance "C50 0.1 dB, T60 1 %".')
+    ] = None,
+    seconds: Annotated[
+        float | None, typer.Option(help="Processor time to spend on rays [s].")
+    ] = None,
+    order: Annotated[int | None, typer.Option(help="Highest reflection order.")] = None,
+    rays: Annotated[int | None, typer.Option(help="Rays per pair.")] = None,
+    everything: Annotated[
+        bool, typer.Option("--all", help="Switch every effect on.")
+    ] = False,
+    only: Annotated[
+        str | None, typer.Option(help="Exactly these effects, separated by commas.")
+    ] = None,
+    without: Annotated[
+        str, typer.Option(help="Leave these effects off, separated by commas.")
+    ] = "",
+    material: Annotated[
+        str | None, typer.Option(help="Material of all surfaces of a mesh.")
+    ] = None,
+    emitter_gain: Annotated[
+        str, typer.Option(help="omni, cardioid, or a file (.sofa, balloon .csv).")
+    ] = "omni",
+    listener_gain: Annotated[
+        str, typer.Option(help="omni, cardioid, or a file (.sofa, balloon .csv).")
+    ] = "omni",
+    tolerance: Annotated[
+        str | None, typer.Option(help='What effects off may cost, as "C50 0.5 dB".')
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Key of everything random.")] = 0,
+    out: Annotated[
+        Path | None, typer.Option(help="Write a data set (.h5) or audio (.wav).")
+    ] = None,
+) -> None:
+    """Simulate a room with the effects it calls for. Everything is SIMULATED."""
+    from dataclasses import replace
+
+    from rooms.builtin import load_scene
+    from rooms.gains import load_gain
+
+    loaded = replace(
+        load_scene(scene, material),
+        emitter_gain=load_gain(emitter_gain),
+        listener_gain=load_gain(listener_gain),
+    )
+    options = {
+        "sample_rate": sample_rate,
+        "duration": duration,
+        "max_order": order,
+        "rays": rays,
+    }
+    overrides = {
+        "only": _names(only) if only is not None else None,
+        "without": _names(without),
+        "everything": everything,
+        "tolerance": _tolerance(tolerance),
+    }
+    effort = {"accuracy": accuracy, "seconds": seconds, "seed": seed}
+    _carry_out(
+        loaded, (emitter, listener), options, overrides, effort, explain, cost, out
+    )
+
+
+def _names(text: str) -> list[str]:
+    return [name.strip() for name in text.split(",") if name.strip()]
+
+
+def _tolerance(text: str | None) -> Any:
+    from rooms.effects import Tolerance
+    from rooms.effort import parse_accuracy
+
+    return Tolerance(**parse_accuracy(text))
+
+
+def _carry_out(
+    scene: "Scene",
+    places: tuple[list[str] | None, list[str] | None],
+    options: dict[str, Any],
+    overrides: dict[str, Any],
+    effort: dict[str, Any],
+    explain: bool,
+    cost: bool,
+    out: Path | None,
+) -> None:
+    """Explain, measure the cost, or simulate and write."""
+    from rich.console import Console
+
+    from rooms.display import describe_scene, error_line, plan_table
+    from rooms.plan import plan_effects
+    from rooms.simulate import simulate
+
+    console = Console()
+    console.print(describe_scene(scene))
+    plan = plan_effects(scene, **options, **overrides)
+    if explain:
+        console.print(plan_table(plan))
+    emitters, listeners = _places(scene, places, effort["seed"])
+    if cost:
+        _show_cost(console, scene, (emitters, listeners), options, out)
+        return
+    if explain and out is None:
+        return
+    result = simulate(scene, emitters, listeners, **options, **effort, plan=plan)
+    console.print(f"effects: {', '.join(plan.on)}")
+    console.print(error_line(result))
+    shape = "emitters x listeners x samples"
+    console.print(f"{result.responses.shape} responses ({shape}), SIMULATED")
+    if out is not None:
+        from rooms.writing import write_simulation
+
+        console.print(
+            f"wrote {write_simulation(result, scene, emitters, listeners, out)}"
+        )
+
+
+def _places(
+    scene: "Scene", places: tuple[list[str] | None, list[str] | None], seed: int
+) -> tuple[Any, Any]:
+    """Return the poses asked for; one emitter and three listeners if none were."""
+    import numpy as np
+
+    from rooms.places import random_places
+
+    drawn = random_places(scene, 4, np.random.default_rng(seed))
+    emitters, listeners = (
+        [_pose(text) for text in texts] if texts else None for texts in places
+    )
+    return emitters or drawn[:1], listeners or drawn[1:]
+
+
+def _pose(text: str) -> Any:
+    from rir import Pose
+    from rir.errors import ConfigError
+
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) not in (3, 4):
+        raise ConfigError(f"cannot read the place {text!r}; write x,y,z or x,y,z,yaw")
+    return Pose.at(*numbers)
+
+
+def _show_cost(
+    console: Any,
+    scene: "Scene",
+    places: tuple[Any, Any],
+    options: dict[str, Any],
+    out: Path | None,
+) -> None:
+    from rir import Poses
+    from rooms.cost import measure_knobs
+    from rooms.display import cost_table
+
+    fixed = {key: options[key] for key in ("sample_rate", "duration")}
+    ends = (Poses.of(place) for place in places)
+    for curve in measure_knobs(scene, *ends, **fixed):
+        console.print(cost_table(curve))
+        console.print(curve.sentence)
+        if out is not None:
+            stem = f"{out.stem}-{curve.knob}.json"
+            console.print(f"wrote {curve.save(out.with_name(stem))}")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run `simulate-room` and return its exit code."""
+    return run(app, argv, "simulate-room")

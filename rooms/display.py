@@ -1,0 +1,70 @@
+"""What `simulate-room` shows on screen."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rooms.cost import Curve
+from rooms.plan import Plan
+from rooms.scene import Scene
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from rooms.simulate import Simulation
+
+__all__ = ["cost_table", "describe_scene", "error_line", "plan_table"]
+
+
+def describe_scene(scene: Scene) -> str:
+    """Return two lines about a scene, marked as simulated."""
+    size = " x ".join(f"{length:.2f}" for length in np.asarray(scene.geometry.size))
+    decay = scene.eyring_t60()
+    low, high = (f"{value:.2f}" for value in (decay.min(), decay.max()))
+    lines = [
+        f"[bold red]SIMULATED[/] {scene.name}: {size} m,"
+        f" {scene.geometry.volume:.1f} m³, Eyring T60 {low}…{high} s"
+    ]
+    lines += [f"  note: {remark}" for remark in scene.remarks]
+    return "\n".join(lines)
+
+
+def plan_table(plan: Plan) -> "Table":
+    """Return the plan: effect, on or off, why, error if off, cost."""
+    from rich.table import Table
+
+    table = Table(title="Effects (SIMULATED)")
+    for heading in ("effect", "", "why", "predicted error if off", "cost / pair"):
+        table.add_column(heading)
+    for name, verdict in plan.verdicts.items():
+        mark = "[green]on[/]" if verdict.on else "off"
+        cost = f"{1000 * verdict.cost_s:.1f} ms" if verdict.on else "0"
+        table.add_row(name, mark, verdict.reason, verdict.shown_errors, cost)
+    return table
+
+
+def error_line(result: "Simulation") -> str:
+    """Return the estimated error of a result in one line."""
+    if not any(result.errors.values()):
+        return "estimated error: none by chance (no rays were traced)"
+    words = {
+        "level_db": "level {:.2g} dB",
+        "clarity_db": "C50 {:.2g} dB",
+        "reverberation_percent": "T60 {:.2g} %",
+        "early_decay_percent": "EDT {:.2g} %",
+    }
+    parts = [words[k].format(v) for k, v in result.errors.items() if k in words]
+    return f"estimated error (1 sigma, worst octave): {', '.join(parts)}"
+
+
+def cost_table(curve: Curve) -> "Table":
+    """Return one knob's settings with the recommended one marked."""
+    from rich.table import Table
+
+    table = Table(title=f"{curve.knob} (SIMULATED)")
+    for heading in ("setting", "CPU ms / pair", "error of C50 [dB]", ""):
+        table.add_column(heading, justify="right")
+    for k, (setting, seconds, error) in enumerate(curve.points):
+        mark = "[green]recommended[/]" if k == curve.knee else ""
+        table.add_row(setting, f"{1000 * seconds:.3g}", f"{error:.3g}", mark)
+    return table

@@ -1,0 +1,62 @@
+"""Write simulated responses to files."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rir import Poses
+from rir.errors import ConfigError
+from rooms.scene import Scene
+from rooms.simulate import Simulation
+
+__all__ = ["write_simulation"]
+
+
+def write_simulation(
+    result: Simulation, scene: Scene, emitters: Any, listeners: Any, path: Path
+) -> Path:
+    """Write responses as a data set (.h5) or as audio, one channel a pair (.wav).
+
+    Raises
+    ------
+    ConfigError
+        If the name ends in neither.
+    """
+    places = Poses.of(emitters), Poses.of(listeners)
+    rows = result.responses.reshape(-1, result.responses.shape[-1])
+    if path.suffix == ".h5":
+        return _write_dataset(result, scene, places, rows, path)
+    if path.suffix == ".wav":
+        from rir.audio import write_audio
+
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_audio(path, rows, result.sample_rate, subtype="FLOAT")
+        return path
+    raise ConfigError(f"cannot write {path.name}: end it in .h5 or .wav")
+
+
+def _write_dataset(
+    result: Simulation, scene: Scene, places: tuple[Poses, Poses], rows: Any, path: Path
+) -> Path:
+    from rir import DatasetWriter
+
+    plan = {
+        name: {"on": verdict.on, "reason": verdict.reason}
+        for name, verdict in result.plan.verdicts.items()
+    }
+    each, all_of = (len(place) for place in places)
+    first = np.repeat(np.arange(each), all_of)
+    second = np.tile(np.arange(all_of), each)
+    with DatasetWriter(
+        path,
+        sample_rate=result.sample_rate,
+        n_samples=rows.shape[1],
+        simulated=True,
+        room_name=scene.name,
+        metadata={"plan": plan, "errors": result.errors, "rays": result.rays},
+        emitter_gain=scene.emitter_gain,
+        listener_gain=scene.listener_gain,
+    ) as out:
+        out.append(rows, places[0][first], places[1][second])
+    return path

@@ -1,0 +1,148 @@
+import json
+
+import numpy as np
+import pytest
+
+from rir import Dataset, GainPattern
+from rir.errors import ConfigError, SceneError, SignalError, UnknownNameError
+from rooms import Scene, plan_effects, simulate
+from rooms.builtin import SCENES, load_scene
+from rooms.cli import main
+from rooms.effort import parse_accuracy
+from rooms.gains import load_gain
+from rooms.places import grid_places, random_places
+
+FAST = ["--sample-rate", "8000", "--duration", "0.1"]
+
+
+def test_explain_names_every_effect_and_writes_nothing(capsys):
+    assert main(["kitchen", "--explain", *FAST]) == 0
+    shown = capsys.readouterr().out
+    assert "SIMULATED" in shown
+    for name in ("patterns", "scattering", "air", "direct", "specular", "late"):
+        assert name in shown
+
+
+def test_a_simulation_is_written_as_a_data_set(tmp_path, capsys):
+    out = tmp_path / "three.h5"
+    places = ["--emitter", "1,1,1.2", "--listener", "3,2,1.2,90"]
+    assert main(["kitchen", *FAST, *places, "--out", str(out)]) == 0
+    data = Dataset.open(out)
+    assert data.simulated
+    assert len(data) == 1
+    scene = load_scene("kitchen")
+    expected = simulate(
+        scene, [1, 1, 1.2], data.listeners, sample_rate=8000, duration=0.1
+    ).responses[0]
+    np.testing.assert_allclose(data.responses[0:1], expected, atol=1e-6)
+    assert "late" in json.dumps(data.sessions[0])
+    assert "wrote" in capsys.readouterr().out
+
+
+def test_overrides_decide(capsys):
+    assert main(["office", *FAST, "--only", "direct,specular"]) == 0
+    assert "effects: direct, specular\n" in capsys.readouterr().out
+    assert main(["office", *FAST, "--without", "late, air"]) == 0
+    assert "late" not in capsys.readouterr().out.split("effects:")[1]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["bathroom"], "no scene 'bathroom'"),
+        (["kitchen", "--only", "dirct"], "did you mean 'direct'"),
+        (["kitchen", "--emitter", "9,9,9"], "outside kitchen"),
+        (["kitchen", "--emitter", "1,2"], "write x,y,z"),
+        (["kitchen", "--accuracy", "C50 1 %"], "C50 is stated in dB"),
+        (["kitchen", "--emitter-gain", "conical"], "no gain pattern"),
+    ],
+)
+def test_mistakes_are_one_line(arguments, message, capsys):
+    assert main([*arguments, *FAST]) == 1
+    told = capsys.readouterr().err
+    assert message in told
+    assert told.count("\n") == 1
+
+
+def test_cost_recommends_a_setting(capsys):
+    arguments = ["--sample-rate", "4000", "--duration", "0.1", "--cost"]
+    assert main(["kitchen", *arguments]) == 0
+    assert "recommended" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", list(SCENES))
+def test_built_in_scenes_have_places(name):
+    scene = load_scene(name)
+    rng = np.random.default_rng(0)
+    drawn = random_places(scene, 3, rng)
+    spread = grid_places(scene, 60)
+    assert not scene.geometry.outside(drawn.positions).any()
+    assert 30 <= len(spread) <= 60
+
+
+def test_scenes_from_folders(tmp_path):
+    with pytest.raises(SceneError, match="holds no mesh"):
+        load_scene(tmp_path)
+    with pytest.raises(UnknownNameError, match="no scene"):
+        load_scene("cellar")
+
+
+def test_accuracies_are_read():
+    assert parse_accuracy({"C50": 0.1}) == {"clarity_db": 0.1}
+    with pytest.raises(SignalError, match="cannot read"):
+        parse_accuracy("as good as possible")
+    with pytest.raises(SignalError, match="positive"):
+        parse_accuracy("C50 0 dB")
+
+
+def test_a_balloon_file_becomes_a_pattern(tmp_path):
+    cardioid = GainPattern.cardioid()
+    rows = []
+    for azimuth in range(0, 360, 20):
+        for elevation in range(-80, 90, 20):
+            a, e = np.radians([azimuth, elevation])
+            way = [np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)]
+            rows.append(f"{azimuth}, {elevation}, {2 * cardioid.gain(way)[0]:.9f}")
+    path = tmp_path / "balloon.csv"
+    path.write_text("azimuth, elevation, gain\n" + "\n".join(rows))
+    fitted = load_gain(path)
+    ways = np.random.default_rng(0).standard_normal((20, 3))
+    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+    np.testing.assert_allclose(fitted.gain(ways), cardioid.gain(ways), atol=1e-6)
+    path.write_text("1, 2\n")
+    with pytest.raises(ConfigError, match="needs rows"):
+        load_gain(path)
+
+
+def test_an_accuracy_is_reached_in_a_room_that_needs_rays():
+    scene = load_scene("l-shaped")
+    places = random_places(scene, 3, np.random.default_rng(1))
+    run = {"sample_rate": 8000, "duration": 0.3}
+    result = simulate(scene, places[:1], places[1:], accuracy="C50 0.1 dB", **run)
+    assert 0 < result.errors["clarity_db"] <= 0.1
+    rough = simulate(scene, places[:1], places[1:], rays=1000, **run)
+    assert rough.errors["clarity_db"] > result.errors["clarity_db"]
+
+
+def test_what_is_off_is_not_imported():
+    import subprocess
+    import sys
+
+    program = (
+        "import sys; from rooms import Scene, simulate;"
+        "simulate(Scene.shoebox((6, 5, 3)), [1, 1, 1], [2, 2, 2], sample_rate=8000,"
+        " duration=0.05, effects=['direct']);"
+        "print([m for m in sys.modules if m.startswith(('rooms.mesh', 'rooms.rays'))])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.strip() == "[]"
+
+
+def test_a_plan_says_why():
+    plan = plan_effects(Scene.shoebox((6, 5, 3), absorption=1.0), duration=0.1)
+    assert plan.on == ["air", "direct"] or plan.on == ["direct"]
+    assert all(verdict.reason for verdict in plan.verdicts.values())
+    everything = plan_effects(Scene.shoebox((6, 5, 3)), everything=True)
+    assert set(everything.on) == set(everything.verdicts)
