@@ -13,6 +13,7 @@ from rir.errors import SceneError
 from rooms.mesh.cleaning import Cleaned, clean, winding
 from rooms.mesh.hierarchy import Hierarchy, build_hierarchy
 from rooms.mesh.loading import load_mesh
+from rooms.mesh.pairing import pair_up
 from rooms.mesh.panels import Panels, find_panels
 from rooms.mesh.polygon import cut_ears
 
@@ -275,7 +276,9 @@ class MeshGeometry:
     @cached_property
     def hierarchy(self) -> Hierarchy:
         """Tree of boxes around the triangles."""
-        return build_hierarchy(self.corners, 1e-9 * self.diagonal)
+        kind = self.panels.of_face * self.surfaces + self.face_surface
+        pairs = pair_up(self.vertices, self.faces, kind, 1e-9 * self.diagonal)
+        return build_hierarchy(*pairs, 2e-6 * self.diagonal)
 
     def sees(self, point: FloatArray, others: FloatArray) -> NDArray[np.bool_]:
         """Tell which points, shape (N, 3), are in free sight of one; all local."""

@@ -1,4 +1,4 @@
-"""A tree of boxes, eight to a node, around the triangles of a mesh."""
+"""A tree of boxes, sixteen to a node, around the triangles of a mesh."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ __all__ = ["Hierarchy", "build_hierarchy"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-_WIDTH = 8
+_WIDTH, _PACK = 16, 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,12 +18,12 @@ class Hierarchy:
 
     Parameters
     ----------
-    nodes : ndarray, shape (N, 6, 8)
-        Low and high corners of eight boxes per node [m].
-    children : ndarray, shape (N, 8)
+    nodes : ndarray, shape (N, 6, 16), float32
+        Low and high corners of the boxes per node [m].
+    children : ndarray, shape (N, 16)
         Node behind each box, or -1 - pack.
-    packs : ndarray, shape (M, 12, 8)
-        Eight triangles each: their plane and barycentric coordinates.
+    packs : ndarray, shape (M, 13, 8)
+        Eight triangles each: plane, barycentric coordinates, and whether it is one.
     faces : ndarray, shape (M, 8)
         Index of each triangle, -1 for none.
     """
@@ -39,10 +39,14 @@ class Hierarchy:
         return self.nodes, self.children, self.packs, self.faces
 
 
-def build_hierarchy(corners: FloatArray, slack: float) -> Hierarchy:
+def build_hierarchy(
+    corners: FloatArray, doubled: NDArray[np.bool_], slack: float
+) -> Hierarchy:
     """Build the tree over triangles, shape (F, 3, 3), by the surface-area rule.
 
-    Boxes grow by `slack` [m], so that rounding loses no triangle.
+    Those that are `doubled`, shape (F,), stand for the parallelogram on their first
+    corner; triangles without an area are left out. Boxes grow by `slack` [m], so that
+    single precision loses no triangle.
 
     References
     ----------
@@ -50,14 +54,18 @@ def build_hierarchy(corners: FloatArray, slack: float) -> Hierarchy:
     """
     from rooms.mesh.split import best_split
 
-    low, high = corners.min(axis=1) - slack, corners.max(axis=1) + slack
-    middle = corners.mean(axis=1)
+    fourth = np.where(
+        doubled[:, None], corners[:, 1] + corners[:, 2] - corners[:, 0], corners[:, 0]
+    )
+    shape = np.concatenate([corners, fourth[:, None]], axis=1)
+    low, high = shape.min(axis=1) - slack, shape.max(axis=1) + slack
+    middle = (low + high) / 2
     nodes, children, faces = [], [], []
-    waiting = [np.arange(len(corners))]
+    waiting = [np.nonzero(np.any(corners[:, 0] != corners[:, 1], axis=1))[0]]
     while waiting:
         groups = [waiting.pop(0)]
         while len(groups) < _WIDTH:
-            large = [k for k, g in enumerate(groups) if len(g) > _WIDTH]
+            large = [k for k, g in enumerate(groups) if len(g) > _PACK]
             if not large:
                 break
             pick = max(large, key=lambda k: _half_area(low, high, groups[k]))
@@ -71,30 +79,36 @@ def build_hierarchy(corners: FloatArray, slack: float) -> Hierarchy:
         for lane, group in enumerate(groups):
             box[:3, lane] = low[group].min(axis=0)
             box[3:, lane] = high[group].max(axis=0)
-            if len(group) > _WIDTH:
+            if len(group) > _PACK:
                 links[lane] = len(nodes) + 1 + len(waiting)
                 waiting.append(group)
             else:
                 links[lane] = -1 - len(faces)
-                faces.append(np.pad(group, (0, _WIDTH - len(group)), constant_values=-1))
+                faces.append(np.pad(group, (0, _PACK - len(group)), constant_values=-1))
         nodes.append(box)
         children.append(links)
     members = np.array(faces)
     return Hierarchy(
-        np.array(nodes), np.array(children), _packed(corners, members), members
+        np.array(nodes, dtype=np.float32),
+        np.array(children),
+        _packed(corners, doubled, members),
+        members,
     )
 
 
 def _half_area(low: FloatArray, high: FloatArray, group: IntArray) -> float:
     x, y, z = high[group].max(axis=0) - low[group].min(axis=0)
-    return float(x * y + y * z + z * x) * len(group)
+    return float(x * y + y * z + z * x)
 
 
-def _packed(corners: FloatArray, members: IntArray) -> FloatArray:
+def _packed(
+    corners: FloatArray, doubled: NDArray[np.bool_], members: IntArray
+) -> FloatArray:
     a, b, c = np.moveaxis(corners, 1, 0)
     one, other = b - a, c - a
     normal = np.cross(one, other)
     square = np.einsum("ij,ij->i", normal, normal)[:, None]
+    square[square == 0] = 1.0
     u, v = np.cross(other, normal) / square, np.cross(normal, one) / square
     rows = [
         normal,
@@ -103,9 +117,10 @@ def _packed(corners: FloatArray, members: IntArray) -> FloatArray:
         -np.einsum("ij,ij->i", u, a)[:, None],
         v,
         -np.einsum("ij,ij->i", v, a)[:, None],
+        np.where(doubled, 0.0, 1.0)[:, None],
     ]
     # a lane without a triangle: its plane is never met
-    none = np.zeros((1, 12))
+    none = np.zeros((1, 13))
     none[0, 3] = np.inf
     table = np.concatenate([np.concatenate(rows, axis=1), none])
     return np.ascontiguousarray(np.moveaxis(table[members], 1, 2))

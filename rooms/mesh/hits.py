@@ -6,6 +6,8 @@ from numba import njit
 from rooms.mesh.lanes import boxes_hit, lowest_bit, triangles_hit
 
 DEPTH = 256
+FEW = 4
+"""So many packs are tried one by one faster than by way of the tree."""
 _STEEP = 1e-18
 
 
@@ -19,40 +21,71 @@ def steady(x):
 
 @njit(cache=True, nogil=True)
 def first_hit(
-    nodes, children, packs, faces, ox, oy, oz, wx, wy, wz, limit, stack, depth, near
+    nodes,
+    children,
+    packs,
+    faces,
+    ox,
+    oy,
+    oz,
+    wx,
+    wy,
+    wz,
+    limit,
+    stack,
+    depth,
+    near,
+    far,
 ):
     """Return (distance, triangle) of the nearest hit before `limit`, or -1.
 
-    `stack` (DEPTH), `depth` (DEPTH) and `near` (8) are working space. Arrays come
+    `stack`, `depth` (DEPTH), `near` (16), float32, and `far` (32) are working space. Arrays come
     one by one: unpacking a tuple here would cost more than the search.
     """
+    best, face = limit, np.int64(-1)
+    if len(packs) <= FEW:
+        mask = np.int64(0)
+        for pack in range(len(packs)):
+            met = triangles_hit(
+                packs, pack, ox, oy, oz, wx, wy, wz, limit, far, np.int64(pack)
+            )
+            mask |= met << (8 * pack)
+        while mask:
+            lane = lowest_bit(mask)
+            mask &= mask - 1
+            if far[lane] < best:
+                best, face = far[lane], lane
+        return best, faces[face >> 3, face & 7] if face >= 0 else face
     ix, iy, iz = 1.0 / steady(wx), 1.0 / steady(wy), 1.0 / steady(wz)
     signs = np.int64(ix < 0.0) + 2 * np.int64(iy < 0.0) + 4 * np.int64(iz < 0.0)
     ax, ay, az = -ox * ix, -oy * iy, -oz * iz
-    best, face = limit, np.int64(-1)
     node, top = np.int64(0), 0
     while True:
         if node >= 0:
             mask = boxes_hit(nodes, node, signs, ix, iy, iz, ax, ay, az, best, near)
-            base = top
-            while mask:
+            if mask:
                 lane = lowest_bit(mask)
                 mask &= mask - 1
-                key, link = near[lane], children[node, lane]
-                k = top
-                while k > base and depth[k - 1] < key:
-                    depth[k], stack[k] = depth[k - 1], stack[k - 1]
-                    k -= 1
-                depth[k], stack[k] = key, link
-                top += 1
+                here = node
+                least, node = near[lane], children[here, lane]
+                while mask:
+                    lane = lowest_bit(mask)
+                    mask &= mask - 1
+                    key, link = near[lane], children[here, lane]
+                    if key < least:
+                        key, least = least, key
+                        link, node = node, link
+                    depth[top], stack[top] = key, link
+                    top += 1
+                continue
         else:
             pack = -1 - node
-            mask = triangles_hit(packs, pack, ox, oy, oz, wx, wy, wz, best, near)
+            mask = triangles_hit(packs, pack, ox, oy, oz, wx, wy, wz, best, far, 0)
             while mask:
                 lane = lowest_bit(mask)
                 mask &= mask - 1
-                if near[lane] < best:
-                    best, face = near[lane], faces[pack, lane]
+                if far[lane] < best:
+                    best, face = far[lane], faces[pack, lane]
         while top > 0 and depth[top - 1] >= best:
             top -= 1
         if top == 0:
@@ -75,6 +108,7 @@ def is_free(
     slack,
     stack,
     near,
+    far,
 ):
     """Tell whether nothing but two panels meets the segment between two points."""
     wx, wy, wz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
@@ -97,13 +131,13 @@ def is_free(
         else:
             pack = -1 - node
             mask = triangles_hit(
-                packs, pack, a[0], a[1], a[2], wx, wy, wz, 1.0 - end, near
+                packs, pack, a[0], a[1], a[2], wx, wy, wz, 1.0 - end, far, 0
             )
             while mask:
                 lane = lowest_bit(mask)
                 mask &= mask - 1
                 panel = of_face[faces[pack, lane]]
-                if near[lane] > end and panel not in (skip_one, skip_other):
+                if far[lane] > end and panel not in (skip_one, skip_other):
                     return False
         if top == 0:
             return True
@@ -115,7 +149,8 @@ def is_free(
 def free_ways(tree, of_face, starts, ends, slack):
     """Tell which segments between points, shape (N, 3), are free."""
     nodes, children, packs, faces = tree
-    stack, near = np.empty(DEPTH, dtype=np.int64), np.empty(8)
+    stack, near = np.empty(DEPTH, dtype=np.int64), np.empty(16, dtype=np.float32)
+    far = np.empty(8 * FEW)
     free = np.empty(len(starts), dtype=np.bool_)
     for i in range(len(starts)):
         free[i] = is_free(
@@ -131,5 +166,6 @@ def free_ways(tree, of_face, starts, ends, slack):
             slack,
             stack,
             near,
+            far,
         )
     return free

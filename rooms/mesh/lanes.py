@@ -1,4 +1,4 @@
-"""Eight boxes or eight triangles against one ray, in one step each.
+"""Sixteen boxes or eight triangles against one ray, in one step each.
 
 Compilers do not vectorise such short loops by themselves, so the vector operations
 are written out; LLVM splits them where a machine has narrower registers.
@@ -11,48 +11,51 @@ from numba.core import types
 from numba.core.cgutils import get_or_insert_function
 from numba.extending import intrinsic
 
-LANES = 8
-_DOUBLE = ir.DoubleType()
-_VECTOR = ir.VectorType(_DOUBLE, LANES)
+BOXES, TRIANGLES = 16, 8
+_WHOLE = ir.IntType(64)
 
 
 class _Lanes:
-    """Builds vector operations on one code position."""
+    """Builds vector operations of one width at one place in the code."""
 
-    def __init__(self, context: Any, builder: Any) -> None:
+    def __init__(self, context: Any, builder: Any, element: Any, width: int) -> None:
         self.context, self.builder = context, builder
+        self.width, self.vector = width, ir.VectorType(element, width)
+        self.name = f"llvm.fma.v{width}f{32 if element == ir.FloatType() else 64}"
 
     def pointer(self, kind: Any, array: Any, offset: Any) -> Any:
         data = self.context.make_array(kind)(self.context, self.builder, array).data
         at = self.builder.gep(data, [offset])
-        return self.builder.bitcast(at, _VECTOR.as_pointer())
+        return self.builder.bitcast(at, self.vector.as_pointer())
 
-    def load(self, kind: Any, array: Any, first: Any, row: Any) -> Any:
-        """Load row `row` of the table that starts `first` rows into an array."""
-        eight = ir.Constant(ir.IntType(64), LANES)
-        rows = self.builder.add(first, row)
-        where = self.pointer(kind, array, self.builder.mul(rows, eight))
-        return self.builder.load(where, align=8)
+    def load(self, kind: Any, array: Any, row: Any) -> Any:
+        """Load row `row` of an array whose rows are one vector long."""
+        where = self.builder.mul(row, ir.Constant(_WHOLE, self.width))
+        return self.builder.load(self.pointer(kind, array, where), align=4)
 
-    def store(self, kind: Any, array: Any, value: Any) -> None:
-        zero = ir.Constant(ir.IntType(64), 0)
-        self.builder.store(value, self.pointer(kind, array, zero), align=8)
+    def store(self, kind: Any, array: Any, value: Any, row: Any = None) -> None:
+        row = ir.Constant(_WHOLE, 0) if row is None else row
+        start = self.builder.mul(row, ir.Constant(_WHOLE, self.width))
+        where = self.pointer(kind, array, start)
+        self.builder.store(value, where, align=4)
 
     def spread(self, scalar: Any) -> Any:
-        empty = ir.Constant(_VECTOR, ir.Undefined)
-        zero = ir.Constant(ir.IntType(32), 0)
-        one = self.builder.insert_element(empty, scalar, zero)
-        mask = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
-        return self.builder.shuffle_vector(one, empty, mask)
+        if self.vector.element == ir.FloatType():
+            scalar = self.builder.fptrunc(scalar, self.vector.element)
+        empty = ir.Constant(self.vector, ir.Undefined)
+        one = self.builder.insert_element(empty, scalar, ir.Constant(_WHOLE, 0))
+        lanes = ir.VectorType(ir.IntType(32), self.width)
+        return self.builder.shuffle_vector(
+            one, empty, ir.Constant(lanes, [0] * self.width)
+        )
 
     def number(self, value: float) -> Any:
-        return ir.Constant(_VECTOR, [value] * LANES)
+        return ir.Constant(self.vector, [value] * self.width)
 
     def fused(self, a: Any, b: Any, c: Any) -> Any:
         """Return a b + c."""
-        kind = ir.FunctionType(_VECTOR, [_VECTOR] * 3)
-        name = f"llvm.fma.v{LANES}f64"
-        function = get_or_insert_function(self.builder.module, kind, name)
+        kind = ir.FunctionType(self.vector, [self.vector] * 3)
+        function = get_or_insert_function(self.builder.module, kind, self.name)
         return self.builder.call(function, [a, b, c])
 
     def larger(self, a: Any, b: Any) -> Any:
@@ -62,8 +65,8 @@ class _Lanes:
         return self.builder.select(self.builder.fcmp_ordered("<", a, b), a, b)
 
     def bits(self, mask: Any) -> Any:
-        byte = self.builder.bitcast(mask, ir.IntType(LANES))
-        return self.builder.zext(byte, ir.IntType(64))
+        packed = self.builder.bitcast(mask, ir.IntType(self.width))
+        return self.builder.zext(packed, _WHOLE)
 
 
 @intrinsic
@@ -72,31 +75,31 @@ def boxes_hit(
 ):  # numpydoc ignore=PR01
     """Return a bit mask of the boxes of a node that a ray meets before `limit`.
 
-    `nodes` has shape (N, 6, 8): low x y z, high x y z. `signs` holds one bit per
-    axis along which the ray goes down; i is 1/way, a is -origin/way. The distance
-    to each box is written to `near`.
+    `nodes` has shape (N, 6, 16), float32: low x y z, high x y z. `signs` holds one
+    bit per axis along which the ray goes down; i is 1/way, a is -origin/way. The
+    distance to each box is written to `near`, float32. Single precision is enough:
+    boxes are larger than what they hold.
     """
     number, whole = types.float64, types.int64
     signature = whole(nodes, whole, whole, *([number] * 7), near)
 
     def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        lanes = _Lanes(context, builder)
+        lanes = _Lanes(context, builder, ir.FloatType(), BOXES)
         array, node_, signs_, *scalars, near_ = args
-        integer = ir.IntType(64)
-        first = builder.mul(node_, ir.Constant(integer, 6))
+        first = builder.mul(node_, ir.Constant(_WHOLE, 6))
         enter, leave = lanes.number(0.0), lanes.spread(scalars[6])
         for axis in range(3):
-            bit = builder.lshr(signs_, ir.Constant(integer, axis))
-            bit = builder.and_(bit, ir.Constant(integer, 1))
-            three, place = ir.Constant(integer, 3), ir.Constant(integer, axis)
-            low_row = builder.add(place, builder.mul(bit, three))
-            high_row = builder.sub(ir.Constant(integer, 2 * axis + 3), low_row)
+            bit = builder.lshr(signs_, ir.Constant(_WHOLE, axis))
+            bit = builder.and_(bit, ir.Constant(_WHOLE, 1))
+            shift = builder.mul(bit, ir.Constant(_WHOLE, 3))
+            low_row = builder.add(ir.Constant(_WHOLE, axis), shift)
+            high_row = builder.sub(ir.Constant(_WHOLE, 2 * axis + 3), low_row)
             inverse = lanes.spread(scalars[axis])
-            shift = lanes.spread(scalars[3 + axis])
-            low = lanes.load(sig.args[0], array, first, low_row)
-            high = lanes.load(sig.args[0], array, first, high_row)
-            enter = lanes.larger(lanes.fused(low, inverse, shift), enter)
-            leave = lanes.smaller(lanes.fused(high, inverse, shift), leave)
+            base = lanes.spread(scalars[3 + axis])
+            low = lanes.load(sig.args[0], array, builder.add(first, low_row))
+            high = lanes.load(sig.args[0], array, builder.add(first, high_row))
+            enter = lanes.larger(lanes.fused(low, inverse, base), enter)
+            leave = lanes.smaller(lanes.fused(high, inverse, base), leave)
         lanes.store(sig.args[-1], near_, enter)
         return lanes.bits(builder.fcmp_ordered("<=", enter, leave))
 
@@ -105,28 +108,28 @@ def boxes_hit(
 
 @intrinsic
 def triangles_hit(
-    typingctx, packs, pack, ox, oy, oz, wx, wy, wz, limit, near
+    typingctx, packs, pack, ox, oy, oz, wx, wy, wz, limit, near, place
 ):  # numpydoc ignore=PR01
     """Return a bit mask of the triangles of a pack that a ray meets before `limit`.
 
-    `packs` has shape (M, 12, 8): plane n, d; then the two barycentric coordinates
-    as planes U, u; V, v. Distances are written to `near`.
+    `packs` has shape (M, 13, 8): plane n, d; then the two barycentric coordinates
+    as planes U, u; V, v; then k, 1 for triangles and 0 for parallelograms. Distances
+    are written to row `place` of `near`.
 
     References
     ----------
     D. Baldwin, M. Weber, J. Computer Graphics Techniques 5(3), 39 (2016).
     """
     number, whole = types.float64, types.int64
-    signature = whole(packs, whole, *([number] * 7), near)
+    signature = whole(packs, whole, *([number] * 7), near, whole)
 
     def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        lanes = _Lanes(context, builder)
-        array, pack_, *scalars, near_ = args
-        integer = ir.IntType(64)
-        first = builder.mul(pack_, ir.Constant(integer, 12))
+        lanes = _Lanes(context, builder, ir.DoubleType(), TRIANGLES)
+        array, pack_, *scalars, near_, place_ = args
+        first = builder.mul(pack_, ir.Constant(_WHOLE, 13))
         row = [
-            lanes.load(sig.args[0], array, first, ir.Constant(integer, k))
-            for k in range(12)
+            lanes.load(sig.args[0], array, builder.add(first, ir.Constant(_WHOLE, k)))
+            for k in range(13)
         ]
         origin = [lanes.spread(value) for value in scalars[:3]]
         way = [lanes.spread(value) for value in scalars[3:6]]
@@ -143,12 +146,13 @@ def triangles_hit(
             v = lanes.fused(row[8 + axis], point[axis], v)
         rim = lanes.number(-1e-9)
         inside = builder.fcmp_ordered(">=", lanes.smaller(u, v), rim)
-        rest = builder.fadd(u, v)
+        # both are u + v for triangles, u and v for parallelograms
+        rest = lanes.larger(lanes.fused(row[12], u, v), lanes.fused(row[12], v, u))
         below = builder.fcmp_ordered("<=", rest, lanes.number(1.0 + 1e-9))
         ahead = builder.fcmp_ordered(">", distance, lanes.number(0.0))
         close = builder.fcmp_ordered("<", distance, lanes.spread(scalars[6]))
         mask = builder.and_(builder.and_(inside, below), builder.and_(ahead, close))
-        lanes.store(sig.args[-1], near_, distance)
+        lanes.store(sig.args[-2], near_, distance, place_)
         return lanes.bits(mask)
 
     return signature, build

@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 
 from rooms.mesh.backtrace import blocked_by
-from rooms.mesh.hits import DEPTH, first_hit, is_free
+from rooms.mesh.hits import DEPTH, FEW, first_hit, is_free
 
 _STEP = np.uint64(0x9E3779B97F4A7C15)
 _MIX_ONE = np.uint64(0xBF58476D1CE4E5B9)
@@ -66,7 +66,8 @@ def trace(
     x, y, z, radius, volume, whole = balls
     places, bins, bands = grid.shape
     stack, depth = np.empty(DEPTH, dtype=np.int64), np.empty(DEPTH)
-    near, chord_square = np.empty(8), np.empty(places)
+    near, far = np.empty(16, dtype=np.float32), np.empty(8 * FEW)
+    chord_square = np.empty(places)
     energy, odds, carried = np.empty(bands), np.empty(bands), np.empty(bands)
     here, there = np.empty(3), np.empty(3)
     few = len(blockers) <= _LIST
@@ -95,6 +96,7 @@ def trace(
                 stack,
                 depth,
                 near,
+                far,
             )
             segments += 1
             # what a surface scatters has reached the places as rain already
@@ -132,6 +134,7 @@ def trace(
                             lift,
                             stack,
                             near,
+                            far,
                         ):
                             continue
                     share = (last - first) / volume[i]
@@ -177,8 +180,8 @@ def trace(
                 vx, vy, vz = x[i] - ox, y[i] - oy, z[i] - oz
                 height = vx * nx + vy * ny + vz * nz
                 square = vx * vx + vy * vy + vz * vz
-                far = np.sqrt(square)
-                at = int((gone + far) * per_bin)
+                away = np.sqrt(square)
+                at = int((gone + away) * per_bin)
                 if height <= 0.0 or at >= bins:
                     continue
                 here[0], here[1], here[2] = ox, oy, oz
@@ -201,10 +204,11 @@ def trace(
                     lift,
                     stack,
                     near,
+                    far,
                 ):
                     continue
                 # Lambert: energy cos / (pi r²) per area
-                share = height / far / (np.pi * max(square, nearest))
+                share = height / away / (np.pi * max(square, nearest))
                 for band in range(bands):
                     grid[i, at, band] += share * carried[band]
             state, u = draw(state)
