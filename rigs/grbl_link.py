@@ -14,6 +14,7 @@ from rigs.grbl_words import (
     Alarm,
     Banner,
     Feedback,
+    Noise,
     Ok,
     Refused,
     Setting,
@@ -100,6 +101,8 @@ class GrblLink:
             self.offset = None
         elif isinstance(word, Feedback):
             self.messages.append(word.text)
+        elif isinstance(word, Noise):
+            self.noise += 1
         elif isinstance(word, Status) and word.offset is not None:
             self.offset = word.offset
 

@@ -149,9 +149,12 @@ class GrblFirmware(Chip):
     @property
     def position(self) -> np.ndarray:
         """Counted position, mm, in whole steps."""
-        here = self.glide.position(self.now) if self.glide else self.rest
+        return self.stepped(self.glide.position(self.now) if self.glide else self.rest)
+
+    def stepped(self, place: np.ndarray) -> np.ndarray:
+        """Return a place in whole steps, mm."""
         steps = np.array([self.settings[100 + k] for k in range(3)])
-        return np.round(here * steps) / steps
+        return np.round(place * steps) / steps
 
     @property
     def true_position(self) -> np.ndarray:
@@ -327,7 +330,7 @@ class GrblFirmware(Chip):
         self.glide = slowing
 
         def rest() -> None:
-            self.rest = slowing.end.copy()
+            self.rest = self.stepped(slowing.end)
             self.glide = None
             done()
 
