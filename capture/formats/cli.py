@@ -1,0 +1,108 @@
+"""The command ``convert-responses``."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rir.command import run
+
+if TYPE_CHECKING:
+    from rir import Dataset
+
+__all__ = ["app", "main"]
+
+app = typer.Typer(add_completion=False, rich_markup_mode=None)
+
+
+@app.command()
+def convert_responses(
+    source: Annotated[
+        Path, typer.Argument(help="Data set, session, SOFA file, or folder.")
+    ],
+    target: Annotated[Path, typer.Argument(help="dataset.h5, x.sofa, or a folder.")],
+    read_as: Annotated[
+        str | None, typer.Option("--from", help="Format of the source, if not seen.")
+    ] = None,
+    write_as: Annotated[
+        str | None, typer.Option("--to", help="wav, npz, meshrir, sofa or dataset.")
+    ] = None,
+    simulated: Annotated[
+        bool | None,
+        typer.Option(
+            "--simulated/--measured", help="What the responses are, if not written."
+        ),
+    ] = None,
+    excitation: Annotated[
+        Path | None,
+        typer.Option("--excitation", help="The source holds recordings of this sweep."),
+    ] = None,
+    loopback: Annotated[
+        int | None,
+        typer.Option("--loopback", help="Channel with the loopback, from 1."),
+    ] = None,
+    seconds: Annotated[
+        float, typer.Option("--seconds", help="Length of deconvolved responses.")
+    ] = 1.0,
+) -> None:
+    """Convert impulse responses between this project's data sets and other tools.
+
+    A folder of WAV files needs a poses.csv; see docs/measuring.md.
+    """
+    from capture.formats.recordings import Excitation, read_recordings
+
+    if excitation is not None:
+        played = Excitation(excitation, loopback, None, seconds)
+        dataset = read_recordings(source, played, simulated)
+    else:
+        dataset = _read(source, read_as, simulated)
+    _write(dataset, target, write_as)
+    typer.echo(f"{dataset.mark}: {len(dataset)} responses written to {target}")
+
+
+def recognize(path: Path) -> str:
+    """Return the format that a path looks like.
+
+    Examples
+    --------
+    >>> recognize(Path("x.sofa"))
+    'sofa'
+    """
+    if path.suffix == ".sofa":
+        return "sofa"
+    for name, mark in (("wav", "poses.csv"), ("meshrir", "pos_mic.npy")):
+        if (path / mark).exists():
+            return name
+    if path.is_dir() and any(path.glob("*.npz")):
+        return "npz"
+    return "dataset"
+
+
+def _read(path: Path, name: str | None, simulated: bool | None) -> "Dataset":
+    from capture.formats import FORMATS
+    from rir import Dataset
+
+    name = name or recognize(path)
+    if name == "dataset":
+        return Dataset.open(path)
+    return FORMATS[name].read(path, simulated)
+
+
+def _write(dataset: "Dataset", path: Path, name: str | None) -> None:
+    from capture.formats import FORMATS
+    from rir import ConfigError
+
+    known = {".h5": "dataset", ".sofa": "sofa"}
+    name = name or known.get(path.suffix)
+    if name is None:
+        raise ConfigError(f"say what {path} shall be: --to {', '.join(FORMATS)}")
+    if name == "dataset":
+        dataset.save(path)
+    else:
+        FORMATS[name].write(dataset, path)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run ``convert-responses`` and return its exit code."""
+    return run(app, argv, "convert-responses")
