@@ -19,7 +19,7 @@ def steady(x):
     return x
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def first_hit(
     nodes,
     children,
@@ -55,7 +55,8 @@ def first_hit(
             mask &= mask - 1
             if far[lane] < best:
                 best, face = far[lane], lane
-        return best, faces[face >> 3, face & 7] if face >= 0 else face
+        face = faces[face >> 3, face & 7] if face >= 0 else face
+        return best, face
     ix, iy, iz = 1.0 / steady(wx), 1.0 / steady(wy), 1.0 / steady(wz)
     signs = np.int64(ix < 0.0) + 2 * np.int64(iy < 0.0) + 4 * np.int64(iz < 0.0)
     ax, ay, az = -ox * ix, -oy * iy, -oz * iz

@@ -33,7 +33,7 @@ def draw(state):
     return state, (z >> _S11) * (1.0 / 9007199254740992.0)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
 def trace(
     tree,
     of_face,
@@ -71,6 +71,10 @@ def trace(
     energy, odds, carried = np.empty(bands), np.empty(bands), np.empty(bands)
     here, there = np.empty(3), np.empty(3)
     few = len(blockers) <= _LIST
+    even = True
+    for row in range(len(scattered)):
+        for band in range(bands):
+            even &= scattered[row, band] == scattered[row, 0]
     reach = bins / per_bin
     segments = 0
     for r in range(len(ways)):
@@ -151,30 +155,36 @@ def trace(
             oy = oy + length * wy + lift * ny
             oz = oz + length * wz + lift * nz
             row = surface[face]
-            strongest, likely = 0.0, 0.0
             for band in range(bands):
                 energy[band] *= kept[row, band]
-                likely += scattered[row, band] * odds[band]
-                strongest = max(strongest, energy[band] * odds[band])
-            likely /= bands
-            if strongest < weakest:
-                break
             order += 1
+            if order % 8 == 0:
+                strongest = 0.0
+                for band in range(bands):
+                    strongest = max(strongest, energy[band] * odds[band])
+                if strongest < weakest:
+                    break
+            likely = scattered[row, 0]
+            if not even:
+                likely = 0.0
+                for band in range(bands):
+                    likely += scattered[row, band] * odds[band]
+                likely /= bands
             state, u = draw(state)
             fresh = u < likely
-            if not fresh:
+            if not even:
                 for band in range(bands):
-                    if likely > 0.0:
-                        odds[band] *= (1.0 - scattered[row, band]) / (1.0 - likely)
-                    carried[band] = energy[band] * odds[band]
+                    share = scattered[row, band]
+                    share = share / likely if fresh else (1.0 - share) / (1.0 - likely)
+                    odds[band] *= share
+            for band in range(bands):
+                carried[band] = energy[band] * odds[band]
+            if not fresh:
                 wx -= 2.0 * inward * nx
                 wy -= 2.0 * inward * ny
                 wz -= 2.0 * inward * nz
                 continue
             mirrored = False
-            for band in range(bands):
-                odds[band] *= scattered[row, band] / likely
-                carried[band] = energy[band] * odds[band]
             panel = of_face[face]
             for i in range(places):
                 vx, vy, vz = x[i] - ox, y[i] - oy, z[i] - oz
