@@ -1,0 +1,121 @@
+"""The plan of a simulated data set: which emitters, which listeners, which patterns."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rir import GainPattern, Poses
+from rir.errors import ConfigError
+from rooms.places import grid_places, random_places
+from rooms.scene import Scene
+
+__all__ = ["Block", "Layout", "paper_layout"]
+
+_BLOCK = 64
+"""Listeners computed and stored at a time: the unit that is resumed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Some listeners of one emitter: computed in one go.
+
+    Parameters
+    ----------
+    index : int
+        Place in the order of the data set.
+    emitter : int
+        Row of `Layout.emitters`.
+    listeners : range
+        Rows of `Layout.listeners`.
+    """
+
+    index: int
+    emitter: int
+    listeners: range
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """Emitters, listeners and patterns of a data set.
+
+    Parameters
+    ----------
+    emitters, listeners : Poses
+        Every emitter sounds to every listener.
+    training : int
+        So many emitters come first and are for training; the rest are unseen.
+    emitter_gain, listener_gain : GainPattern
+        Patterns of the devices.
+    """
+
+    emitters: Poses
+    listeners: Poses
+    training: int
+    emitter_gain: GainPattern
+    listener_gain: GainPattern
+
+    def __len__(self) -> int:
+        return len(self.emitters) * len(self.listeners)
+
+    def blocks(self) -> list[Block]:
+        """Return the work in the order of the data set's rows."""
+        return [Block(k, *part) for k, part in enumerate(self._parts())]
+
+    def _parts(self) -> Iterator[tuple[int, range]]:
+        count = len(self.listeners)
+        for emitter in range(len(self.emitters)):
+            for first in range(0, count, _BLOCK):
+                yield emitter, range(first, min(first + _BLOCK, count))
+
+
+def paper_layout(
+    scene: Scene,
+    *,
+    emitters: int = 5,
+    unseen: int = 10,
+    listeners: int = 5000,
+    gains: str = "same",
+    fewer: int = 1,
+    seed: int = 0,
+) -> Layout:
+    """Return the layout of the reference paper for a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        The room.
+    emitters, unseen : int
+        Emitters for training, and further ones for testing only.
+    listeners : int
+        Listeners on a grid 1.2 m above the floor, about so many.
+    gains : {"same", "diff"}
+        Both devices omnidirectional; or a cardioid emitter and an omnidirectional
+        listener.
+    fewer : int
+        Keep every so-many-th listener: 10 for the small variant. Emitters stay.
+    seed : int
+        Key of the emitters' places.
+
+    Raises
+    ------
+    ConfigError
+        If a count is not positive or the kind of gains is unknown.
+    """
+    if min(emitters + unseen, listeners, fewer) < 1 or min(emitters, unseen) < 0:
+        raise ConfigError("a data set needs at least one emitter and one listener")
+    if gains not in ("same", "diff"):
+        raise ConfigError(f"gains are 'same' or 'diff', not {gains!r}")
+    rng = np.random.default_rng(seed)
+    places = random_places(scene, emitters + unseen, rng)
+    grid = grid_places(scene, listeners)
+    omni = GainPattern.omni()
+    emitting = GainPattern.cardioid() if gains == "diff" else omni
+    return Layout(places, grid[::fewer], emitters, emitting, omni)
+
+
+def with_gains(scene: Scene, layout: Layout) -> Scene:
+    """Return the scene with the layout's patterns."""
+    return replace(
+        scene, emitter_gain=layout.emitter_gain, listener_gain=layout.listener_gain
+    )
