@@ -1,23 +1,53 @@
 """Name what is wrong with a pair, by the size of what was fitted."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.likeness.fit import SwapFit
 
-__all__ = ["Fault", "Limits", "name_faults", "position_error"]
+__all__ = ["Fault", "Limits", "Typical", "name_faults", "position_error"]
 
 FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Typical:
+    """What most pairs of a room share.
+
+    Parameters
+    ----------
+    gain_db, temperature_k : float
+        Median over pairs; zero with fewer than five.
+    position_mm : float
+        Median displacement that explains what the fits leave.
+    """
+
+    gain_db: float = 0.0
+    temperature_k: float = 0.0
+    position_mm: float = 0.0
+
+    @staticmethod
+    def of(fits: Sequence[SwapFit]) -> "Typical":
+        """Return the medians of a room."""
+        if len(fits) < 5:
+            return Typical()
+        places = np.array([position_error(fit) for fit in fits])
+        return Typical(
+            float(np.median([fit.gain_db for fit in fits])),
+            float(np.median([fit.temperature_change for fit in fits])),
+            float(1000 * np.nanmedian(places)) if np.isfinite(places).any() else 0.0,
+        )
 
 
 @dataclass(frozen=True)
 class Limits:
     """Sizes from which on something is called a fault.
 
-    Each is several times what a careful session scatters.
+    Each is several times what a careful session scatters; gain and temperature
+    are counted from what the room's pairs typically show.
     """
 
     gain_db: float = 0.2
@@ -26,6 +56,15 @@ class Limits:
     noise_db: float = 10.0
     coherence: float = 0.5
     partner: float = 0.7
+    typical: Typical = Typical()
+
+    def widened(self, typical: Typical) -> "Limits":
+        """Return limits for a room whose pairs are typically so far off.
+
+        A displacement in three axes is 2.6 times its median once in a thousand.
+        """
+        wide = max(self.position_mm, 3.0 * typical.position_mm)
+        return replace(self, position_mm=wide, typical=typical)
 
 
 @dataclass(frozen=True)
@@ -107,13 +146,13 @@ def name_faults(
         ),
         _sized(
             "gain",
-            fit.gain_db,
+            fit.gain_db - bounds.typical.gain_db,
             bounds.gain_db,
             f"gain step of {fit.gain_db:+.2f} dB between the directions",
         ),
         _sized(
             "temperature",
-            fit.temperature_change,
+            fit.temperature_change - bounds.typical.temperature_k,
             bounds.temperature_k,
             f"air changed by {fit.temperature_change:+.2f} K between the directions",
         ),

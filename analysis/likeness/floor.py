@@ -1,7 +1,6 @@
 """How close two directions could come, given what the session can hold still."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,10 +28,13 @@ def worsened(
 ) -> FloatArray:
     """Return the forward response as a perfect reverse take would have shown it.
 
+    The noise of the forward take stays in it; `noisier` gives the response to
+    compare with, so that each of the two has one noise of its own.
+
     Parameters
     ----------
     forward, reverse : ndarray, shape (n,)
-        Both directions; their quiet parts give the noise of both takes.
+        Both directions; the quiet part of the reverse one gives the noise.
     sample_rate : int
         Samples per second [Hz].
     rng : numpy.random.Generator
@@ -40,42 +42,52 @@ def worsened(
     temperature_change : float
         Warming between the takes [K].
     position_m : float
-        Standard deviation of each end's place along each axis [m].
+        Standard deviation of one visit to a place along each axis [m].
     """
     count = len(forward)
     time = np.arange(count) * (1 + STRETCH_PER_KELVIN * temperature_change)
     if position_m > 0:
-        # Both ends move: along a ray that is sqrt(2) times one axis.
+        # Both ends are visited twice: along a ray that is twice one axis.
         knots = np.arange(0, count + 1, max(1, round(ARRIVAL_SECONDS * sample_rate)))
-        spread = np.sqrt(2) * position_m / 343.0 * sample_rate
+        spread = 2 * position_m / 343.0 * sample_rate
         draws = rng.normal(0, spread, len(knots))
         time = time + np.interp(np.arange(count), knots, draws)
     moved = forward
     if position_m > 0 or temperature_change:
-        moved = resampled_at(forward, time)
-    own, other = (
-        _noise_like(quiet_part(h, sample_rate), count, rng) for h in (forward, reverse)
-    )
-    # The forward take brings its own noise along. Where sound stands above it both
-    # noises make the difference; where there is only noise, two noises are compared.
-    sound = _sound_share(forward, np.mean(quiet_part(forward, sample_rate) ** 2))
-    return sound * moved + np.sqrt(sound) * own + other
+        moved = forward + _in_band(resampled_at(forward, time) - forward, forward)
+    return moved + _noise_like(quiet_part(reverse, sample_rate), count, rng)
 
 
-def _sound_share(samples: FloatArray, noise: np.floating[Any]) -> FloatArray:
-    """Return the share of the power that is not noise, smoothed, shape (n,)."""
+def _in_band(change: FloatArray, samples: FloatArray) -> FloatArray:
+    """Return a change without what lies 60 dB under the response's spectrum.
+
+    Interpolation errors would otherwise fill the empty ends of the band, and the
+    loudspeaker that empties them acts on every displaced response alike.
+    """
+    from scipy.fft import irfft, rfft
     from scipy.ndimage import uniform_filter1d
 
-    width = max(8, len(samples) // 100)
-    power = uniform_filter1d(samples**2, width, mode="nearest")
-    return 1.0 - np.minimum(1.0, noise / np.maximum(power, 1e-300))
+    power = uniform_filter1d(np.abs(np.asarray(rfft(samples))) ** 2, 33, mode="nearest")
+    gate = power / (power + 1e-6 * power.max())
+    return np.asarray(irfft(np.asarray(rfft(change)) * gate, len(samples)))
+
+
+def noisier(
+    samples: FloatArray, sample_rate: int, rng: np.random.Generator
+) -> FloatArray:
+    """Return a response with as much noise again as it has."""
+    quiet = quiet_part(samples, sample_rate)
+    return samples + _noise_like(quiet, len(samples), rng)
 
 
 def _noise_like(quiet: FloatArray, count: int, rng: np.random.Generator) -> FloatArray:
     """Return noise with the spectrum of a quiet part and random phases."""
     from scipy.fft import irfft, rfft
+    from scipy.signal import windows
 
-    power = np.abs(np.asarray(rfft(quiet * np.hanning(len(quiet))))) ** 2
+    # A window without side lobes, or strong bands would fill those that are empty.
+    taper = windows.blackmanharris(len(quiet), sym=False)
+    power = np.abs(np.asarray(rfft(quiet * taper))) ** 2
     bins = count // 2 + 1
     spread = np.interp(np.linspace(0, 1, bins), np.linspace(0, 1, len(power)), power)
     phases = np.exp(2j * np.pi * rng.random(bins))
@@ -119,7 +131,7 @@ def predicted_floor(
     """
     truths, guesses = [], []
     for f, r, warming in zip(forward, reverse, temperature_changes, strict=True):
-        truths.append(f[:count])
+        truths.append(noisier(f, sample_rate, rng)[:count])
         guesses.append(
             worsened(
                 f,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.likeness.faults import Fault, Limits, name_faults
+from analysis.likeness.faults import Fault, Limits, Typical, name_faults
 from analysis.likeness.fit import SwapFit, fit_swap
 from analysis.likeness.quiet import quiet_part
 
@@ -25,12 +25,15 @@ class RoomLikeness:
     faults : list of list of Fault
         Likeliest first; empty for a pair without one.
     noise_db : ndarray, shape (n_pairs, 2)
-        Noise power of forward and reverse, re the energy of the response [dB].
+        Noise power of forward and reverse, re the largest sample squared [dB].
+    typical : Typical
+        What most pairs share; an outlier is one that differs from it.
     """
 
     fits: list[SwapFit]
     faults: list[list[Fault]]
     noise_db: FloatArray
+    typical: Typical
 
     def share(self, kind: str) -> float:
         """Return the share of pairs that have a fault of a kind."""
@@ -75,6 +78,8 @@ def fit_room(
     levels = levels.reshape(2, -1).T
     fits = [fit_swap(f, r, sample_rate) for f, r in zip(forward, reverse, strict=True)]
     alike = _partners(forward, reverse, sample_rate)
+    typical = Typical.of(fits)
+    bounds = (limits or Limits()).widened(typical)
     excess = 10 * np.log10(np.maximum(levels, 1e-300) / _typical(levels))
     faults = [
         name_faults(
@@ -84,14 +89,14 @@ def fit_room(
             partners=[
                 (names[j], float(alike[k, j])) for j in range(len(names)) if j != k
             ],
-            limits=limits,
+            limits=bounds,
         )
         for k, fit in enumerate(fits)
     ]
     relative = np.stack(
         [noise_levels(np.stack(h), sample_rate) for h in (forward, reverse)], axis=1
     )
-    return RoomLikeness(fits, faults, relative)
+    return RoomLikeness(fits, faults, relative, typical)
 
 
 def _excess(levels: FloatArray) -> float:

@@ -79,7 +79,7 @@ def room_chapter(index: int, room: Mapping[str, Any], drawn: Mapping[str, str]) 
         f'<section data-room="{index}"><h2>{escape(room["room"])} '
         f"({room['mark']})</h2>{_outliers(room)}"
         f'<div class="figures">{figures}</div>{_pair_table(room)}{_detail()}'
-        f"{_quality(room['quality'])}</section>"
+        f"{_quality(room)}</section>"
     )
 
 
@@ -144,7 +144,8 @@ def _detail() -> str:
     )
 
 
-def _quality(quality: Mapping[str, Any]) -> str:
+def _quality(room: Mapping[str, Any]) -> str:
+    quality, typical = room["quality"], room["typical"]
     entries = {
         "sessions": ", ".join(quality["sessions"]),
         "takes": (
@@ -156,6 +157,10 @@ def _quality(quality: Mapping[str, Any]) -> str:
             f"{_span(quality['noise_floor_db'])} dB re the largest sample"
         ),
     }
+    entries["median pair"] = (
+        f"gain {typical['gain_db']:+.2f} dB, air {typical['temperature_k']:+.3f} K, "
+        f"places {typical['position_mm']:.1f} mm between the directions"
+    )
     entries |= {name: _span(span) for name, span in quality["logged"].items()}
     body = "".join(
         f"<dt>{escape(name)}</dt><dd>{escape(words)}</dd>"

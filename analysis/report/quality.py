@@ -58,7 +58,7 @@ def _logged(dataset: Dataset, rows: np.ndarray) -> dict[str, dict[str, float]]:
     logged = {}
     for name, column in dataset.table.items():
         values = np.asarray(column)[rows]
-        if name in _NOT_QUALITY or values.dtype.kind not in "fiu":
+        if name in _NOT_QUALITY or values.dtype.kind != "f":
             continue
         numbers = values.astype(float)
         if np.isfinite(numbers).any():

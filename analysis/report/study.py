@@ -96,7 +96,7 @@ def _study(
 ) -> RoomStudy:
     takes = [first_takes(dataset, room, k) for k in range(len(room.pairs))]
     forward, reverse = [list(side) for side in zip(*takes, strict=True)]
-    names = pair_names(room)
+    names = pair_names(dataset, room)
     warming = _warming(dataset, room)
     rate = dataset.sample_rate
     # Ten pairs give the mean floor well enough.
@@ -116,11 +116,21 @@ def _study(
     return RoomStudy(dataset, room, likeness, floor, warming)
 
 
-def pair_names(room: RoomDistances) -> list[str]:
-    """Return how a person calls each pair: by number, with the session if needed."""
+def pair_names(dataset: Dataset, room: RoomDistances) -> list[str]:
+    """Return how a person calls each pair, with the session if there are several.
+
+    The session's own name for it is what its take names start with.
+    """
+    takes = dataset.table["take_id"]
+    names = []
+    for pair in room.pairs:
+        own = {str(takes[rows[0]]) for rows in (pair.forward, pair.reverse)}
+        heads = {name.split("_")[0] for name in own}
+        head = heads.pop() if len(heads) == 1 and len(own) == 2 else ""
+        names.append(head or str(pair.pair_id))
     if len({pair.session for pair in room.pairs}) == 1:
-        return [str(pair.pair_id) for pair in room.pairs]
-    return [f"{pair.session}/{pair.pair_id}" for pair in room.pairs]
+        return names
+    return [f"{p.session}/{name}" for p, name in zip(room.pairs, names, strict=True)]
 
 
 def _warming(dataset: Dataset, room: RoomDistances) -> FloatArray:

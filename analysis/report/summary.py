@@ -42,10 +42,14 @@ def room_summary(study: RoomStudy, rng: np.random.Generator) -> dict[str, Any]:
         "excluded": [{"pair": p, "reason": why} for p, why in room.excluded],
         "metrics": metrics,
         "ratio": _geometric_mean(ratios),
+        "typical": asdict(study.likeness.typical),
         "unequal_patterns": study.likeness.share("pattern"),
         "coherence": _coherence(study),
         "quality": session_quality(study.dataset, room),
-        "pairs": [_pair_summary(study, k, n) for k, n in enumerate(pair_names(room))],
+        "pairs": [
+            _pair_summary(study, k, n)
+            for k, n in enumerate(pair_names(study.dataset, room))
+        ],
     }
 
 

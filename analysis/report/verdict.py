@@ -17,6 +17,7 @@ def verdict(summary: dict[str, Any]) -> str:
         What `room_summary` returned.
     """
     head = f"{summary['room']} ({summary['mark']}): {_finding(summary)}."
+    head += _typical(summary)
     odd = [p for p in summary["pairs"] if p["faults"]]
     if not odd or summary["unequal_patterns"] > 0.5:
         return head
@@ -43,3 +44,18 @@ def _finding(summary: dict[str, Any]) -> str:
     if ratio >= 2:
         return f"only partly reciprocal; {said}"
     return f"not reciprocal; {said}"
+
+
+def _typical(summary: dict[str, Any]) -> str:
+    """Say what all pairs share, where it is enough to matter."""
+    if summary["unequal_patterns"] > 0.5:
+        return ""
+    typical = summary["typical"]
+    said = []
+    if typical["position_mm"] > 1.5:
+        said.append(f"places were met again to about {typical['position_mm']:.0f} mm")
+    if abs(typical["gain_db"]) > 0.1:
+        said.append(f"B to A is {typical['gain_db']:+.2f} dB re A to B")
+    if abs(typical["temperature_k"]) > 0.06:
+        said.append(f"the air changed by {typical['temperature_k']:+.2f} K")
+    return f" In the median pair {' and '.join(said)}." if said else ""

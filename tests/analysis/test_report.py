@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from analysis.cli import main
-from analysis.report import write_report
+from analysis.likeness.trials import TrialBox, trial_session
+from analysis.report import StudyOptions, write_report
 from rir import Dataset
 
 
@@ -52,6 +53,48 @@ def test_verdict_tells_a_directional_loudspeaker(tmp_path, directional_session, 
         "partly" in cardioid["verdicts"][0]
     )
     assert cardioid["rooms"][0]["ratio"] < omni["rooms"][0]["ratio"] / 3
+
+
+def test_the_floor_of_a_session_with_noise_only_is_its_distance(files):
+    (room,) = json.loads(files["json"].read_text())["rooms"]
+    for symbol in ("Env", "STFT"):
+        metric = room["metrics"][symbol]
+        assert 0.5 < metric["paired"]["mean"] / metric["floor"] < 2
+
+
+def test_outliers_are_named_in_verdict_and_table(tmp_path):
+    box = TrialBox(sample_rate=16000, duration=0.2)
+    rng = np.random.default_rng(0)
+    trial = trial_session(6, {2: "gain"}, rng, box=box)
+    made = write_report([trial], tmp_path, figures=True)
+    said = json.loads(made["json"].read_text())
+    assert "1 of 6 pairs stand out (pair 2: gain step of +0.5" in said["verdicts"][0]
+    metric = said["rooms"][0]["metrics"]["Amp"]
+    assert metric["paired_sound"]["count"] == 5
+    assert metric["paired_sound"]["mean"] < metric["paired"]["mean"]
+    assert "trial box (simulated)" in made["tex"].read_text()
+    names = {p.name for p in made["figures"].iterdir()}
+    assert {"trial-box-map.svg", "trial-box-distances.png"} <= names
+    rows = list(csv.DictReader(made["pairs"].read_text().splitlines()))
+    assert rows[2]["faults"].startswith("gain step")
+
+
+def test_what_all_pairs_share_is_told_once(tmp_path):
+    box = TrialBox(sample_rate=16000, duration=0.2)
+    rng = np.random.default_rng(1)
+    trial = trial_session(6, dict.fromkeys(range(6), "gain"), rng, box=box)
+    (room,) = json.loads(write_report([trial], tmp_path)["json"].read_text())["rooms"]
+    np.testing.assert_allclose(room["typical"]["gain_db"], 0.5, atol=0.05)
+    assert not any(pair["faults"] for pair in room["pairs"])
+
+
+def test_robust_flavour_and_short_duration_make_a_report(tmp_path, session):
+    options = StudyOptions(flavour="robust", duration=0.2)
+    said = json.loads(
+        write_report([session], tmp_path, options=options)["json"].read_text()
+    )
+    assert said["rooms"][0]["metrics"]["T60"]["version"] == "robust-1"
+    assert said["methods"]["length"] == "the first 0.2 s"
 
 
 def test_command_writes_beside_the_session(tmp_path, session, capsys):
