@@ -67,6 +67,21 @@ _list(
     neural=False,
 )
 _list(
+    "naf",
+    "grid features to a log-magnitude spectrogram, random phase",
+    "Luo et al., Learning Neural Acoustic Fields, NeurIPS 2022",
+)
+_list(
+    "naf-invariant",
+    "NAF over symmetric functions of the two ends",
+    "Versa's ablation of a permutation-invariant NAF",
+)
+_list(
+    "av-nerf",
+    "poses and ray-cast views to a waveform (AV-NeRF-style)",
+    "Liang et al., AV-NeRF, NeurIPS 2023",
+)
+_list(
     "inras",
     "waveform decoder over bounce points (INRAS-style)",
     "Su, Chen and Shlizerman, INRAS, NeurIPS 2022",

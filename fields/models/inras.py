@@ -23,7 +23,7 @@ from fields.training.losses import LossWeights, waveform_loss
 from fields.training.network import NetworkField, load_network
 from fields.training.query import Query
 
-__all__ = ["Config", "Inras", "fit", "load"]
+__all__ = ["PRESETS", "Config", "Inras", "fit", "load"]
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,9 @@ class Config:
     """Sizes of the INRAS-style field."""
 
     bounce_points: int = 64
-    "surface points whose distances each end is told"
+    "surface points whose distances each end is told (paper: 1024)"
+    distance_octaves: int = 0
+    "frequencies of the encoding of those distances"
     octaves: int = 4
     "frequencies of the position encoding"
     width: int = 256
@@ -46,6 +48,14 @@ class Config:
     "shift the decoded waveform to the arrival of the direct sound"
     oriented: bool = True
     "tell each tower its device's axes"
+
+
+PRESETS = {
+    "cpu": Config(),
+    "paper": Config(
+        bounce_points=1024, octaves=10, relative=False, aligned=False, depth=4
+    ),
+}
 
 
 class Inras(nn.Module):
@@ -65,7 +75,9 @@ class Inras(nn.Module):
         self.register_buffer("center", _row(frame.center))
         points = frame.surface_points[: config.bounce_points]
         self.register_buffer("points", _row(points))
-        inputs = self.encode.width + len(points) + (6 if config.oriented else 0)
+        self.encode_distances = Sinusoids(config.distance_octaves, len(points))
+        inputs = self.encode.width + self.encode_distances.width
+        inputs += 6 if config.oriented else 0
         self.listener_tower = ResidualPerceptron(inputs, config.width, config.depth)
         self.emitter_tower = (
             self.listener_tower
@@ -87,6 +99,9 @@ class Inras(nn.Module):
         offset = 4 if self.config.tied else self.encode_offset.width
         return offset + 1
 
+    def observe(self, data: FieldData) -> None:
+        """Need nothing from the data beforehand."""
+
     def forward(self, query: Query) -> Tensor:
         """Return responses, shape (batch, n_samples)."""
         first = self.emitter_tower(self._end(query.emitter, query.emitter_axes))
@@ -104,7 +119,7 @@ class Inras(nn.Module):
         local = (position - self.center) / self.reach
         gaps = position[:, None] - self.points
         distances = (gaps.square().sum(-1) + 1e-12).sqrt() / self.reach
-        parts = [self.encode(local), distances]
+        parts = [self.encode(local), self.encode_distances(distances)]
         if self.config.oriented:
             parts += [axes[..., 0], axes[..., 2]]
         return torch.cat(parts, dim=-1)

@@ -48,7 +48,9 @@ def fit_network(
     device = _device(plan.device)
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(plan.seed)
-        network = network_type(data.frame, config).to(device)
+        network: Any = network_type(data.frame, config)
+    network.observe(data)
+    network.to(device)
     trainer = Trainer(network, data, plan)
     report = trainer.run()
     return NetworkField(network, config, data.frame, report)

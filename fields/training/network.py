@@ -8,6 +8,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
+from fields.data import FieldData
 from fields.field import paired_queries
 from fields.frame import SceneFrame
 from fields.training.query import Query
@@ -25,6 +26,10 @@ class Network(Protocol):
 
     name: str
     batch_size: int
+
+    def observe(self, data: FieldData) -> None:
+        """Learn constants, such as means, from the data before training."""
+        ...
 
     def training_loss(
         self, query: Query, target: Tensor, random: torch.Generator

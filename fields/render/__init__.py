@@ -1,0 +1,1 @@
+"""Volume rendering of acoustic fields; importing this folder's files needs torch."""
