@@ -1,6 +1,7 @@
 """What is known about a Grbl board: connecting, homing, checking, stopping."""
 
 import re
+from collections.abc import Callable
 
 import numpy as np
 
@@ -332,7 +333,7 @@ class GrblState:
             self._lose("it stopped with an alarm, so the position is unsure")
             self.state = "Alarm"
 
-    def _await_state(self, wanted) -> None:
+    def _await_state(self, wanted: Callable[[Status], bool]) -> None:
         deadline = self.clock.now() + self.link.patience.stop
         while not wanted(status := self.link.status()):
             if self.clock.now() > deadline:

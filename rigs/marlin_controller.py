@@ -121,18 +121,29 @@ class MarlinController:
         """
         self._drain()
         self._number += 1
+        silences = 0
         for _ in range(RESENDS):
             self.line.write(checksummed(self._number, text).encode() + b"\n")
-            replies = self._await_ok(text, timeout or self.options.reply_s)
+            try:
+                replies = self._await_ok(text, timeout or self.options.reply_s)
+            except SilenceError:
+                silences += 1
+                if silences > 1:
+                    raise
+                continue
             if replies is not None:
                 return replies
         raise SilenceError(f"the board asked for {text!r} again {RESENDS} times")
 
     def _await_ok(self, text: str, timeout: float) -> list[Reply] | None:
-        """Return the replies up to ok; None if the line has to be sent again."""
+        """Return the replies up to ok; None if the line has to be sent again.
+
+        No replies at all, not even the ok, mean that the line was taken and its ok
+        was lost: the board asks for the line after it.
+        """
         deadline = self.clock.now() + timeout
         replies: list[Reply] = []
-        again = False
+        resend: Reply | None = None
         while (left := deadline - self.clock.now()) >= 0.0:
             reply = self._next(left)
             if reply is None:
@@ -141,21 +152,35 @@ class MarlinController:
             if reply.kind == "busy":
                 deadline = self.clock.now() + timeout
             elif reply.kind == "resend":
-                again = self._wanted(reply.number)
+                resend = reply
             elif reply.kind == "ok":
-                return None if again else [*replies, reply]
+                return self._judge(resend, [*replies, reply])
             elif reply.kind == "error" and not _about_numbering(reply.text):
                 raise RefusedError(f"the board says {reply.text!r} to {text!r}", 0)
             replies.append(reply)
         raise SilenceError(f"no ok to {text!r} within {timeout:.1f} s")
 
-    def _wanted(self, number: int) -> bool:
-        if number == self._number:
-            return True
+    def _judge(self, resend: Reply | None, replies: list[Reply]) -> list[Reply] | None:
+        if resend is None:
+            return replies
+        damaged = any("checksum" in r.text.lower() for r in replies)
+        if resend.number == self._number or (damaged and resend.number > self._number):
+            # some boards count repeated lines, and then ask for a later number
+            self._number = resend.number
+            return None
+        if resend.number == self._number + 1:
+            return []
         raise RebootError(
-            f"the board asks for line {number} where {self._number} was sent: it has "
-            "restarted or lost lines; home it again"
+            f"the board asks for line {resend.number} where {self._number} was sent: "
+            "it has restarted or lost lines; home it again"
         )
+
+    def _barrier(self, timeout: float) -> None:
+        """Wait until all motion has ended; a lost ok proves nothing, so ask again."""
+        for _ in range(3):
+            if self.command("M400", timeout):
+                return
+        raise SilenceError("the end of the move was not acknowledged")
 
     # -- as a controller --------------------------------------------------------------
 
@@ -174,10 +199,7 @@ class MarlinController:
             if reply.kind == "other" and reply.text == "wait":
                 break
         self._replies.clear()
-        self._number = 0
-        self.line.write(b"M110 N0\n")
-        if self._await_ok("M110", self.options.reply_s) is None:
-            raise RigError("the board did not take a new line number; reset it")
+        self._renumber()
         names = [r.text for r in self.command("M115") if "FIRMWARE_NAME" in r.text]
         if not names:
             raise RigError("the board does not tell a FIRMWARE_NAME; is it Marlin?")
@@ -198,7 +220,7 @@ class MarlinController:
             self.command("G21")
             self.command("G90")
             self.command("G28", self.options.homing_s)
-            self.command("M400", self.options.homing_s)
+            self._barrier(self.options.homing_s)
             self._at = self._ask()
         except RigError as error:
             self._lose(error)
@@ -209,13 +231,15 @@ class MarlinController:
         while self._next(0.2) is not None:
             pass
         self._number = 0
-        self.line.write(b"M110 N0\n")
-        self._await_ok("M110", self.options.reply_s)
+        self.line.write(checksummed(0, "M110 N0").encode() + b"\n")
+        if self._await_ok("M110", self.options.reply_s) is None:
+            raise RigError("the board did not take a new line number; reset it")
 
     def _ask(self) -> np.ndarray:
-        for reply in self.command("M114"):
-            if reply.place:
-                return vector(reply.place)[: len(self.axes)]
+        for _ in range(3):
+            for reply in self.command("M114"):
+                if reply.place:
+                    return vector(reply.place)[: len(self.axes)]
         raise SilenceError("the board answered M114 without a position")
 
     def limits(self) -> tuple[np.ndarray, np.ndarray]:
@@ -254,7 +278,7 @@ class MarlinController:
             words = " ".join(f"{'XYZ'[k]}{v + 0.0:.3f}" for k, v in enumerate(point))
             self.command(f"G1 {words} F{self.options.feed_mm_per_min:g}")
         seconds = sum(self.seconds(a, b) for a, b in pairwise(path))
-        self.command("M400", 10.0 + 2.0 * seconds)
+        self._barrier(10.0 + 2.0 * seconds)
         here = self._ask()
         off = float(np.max(np.abs(here - path[-1])))
         if off > self.options.tolerance_mm:

@@ -96,8 +96,9 @@ class MarlinFirmware(Chip):
 
     def _work(self) -> None:
         text = self.lines.pop(0)
-        if text.startswith("M110"):
-            self.last = int(text.partition("N")[2].split()[0] or 0)
+        if "M110" in text:
+            self.last = int(text.partition("*")[0].rpartition("N")[2])
+            text = "M110"
         elif text.startswith("N"):
             checked = self._check(text)
             if checked is None:

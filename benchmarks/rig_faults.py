@@ -1,0 +1,56 @@
+"""Does a rig ever lie or collide? Random sequences of calls and faults."""
+
+import argparse
+import json
+import sys
+import time
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+from rigs.firmware.ordeal import BrokenRuleError, run_sequence
+
+OUT = Path("results/rig_faults.json")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--sequences", type=int, default=10_000)
+    parser.add_argument("--first", type=int, default=0, help="first seed")
+    parser.add_argument("--out", type=Path, default=OUT)
+    options = parser.parse_args(argv)
+    count = 30 if options.quick else options.sequences
+    began = time.process_time()
+    broken: dict[int, str] = {}
+    errors: Counter[str] = Counter()
+    longest = 0.0
+    for seed in range(options.first, options.first + count):
+        try:
+            ordeal = run_sequence(seed)
+        except BrokenRuleError as error:
+            broken[seed] = str(error)
+            print(f"seed {seed}: {error}", flush=True)
+            continue
+        errors.update(text.partition(":")[0] for text in ordeal.errors)
+        longest = max(longest, ordeal.longest)
+    seconds = time.process_time() - began
+    print(f"{count} sequences, {len(broken)} broke a rule, {seconds:.0f} CPU s")
+    print(f"longest call {longest:.0f} simulated s")
+    for name, number in errors.most_common():
+        print(f"  {name:<22} {number}")
+    options.out.parent.mkdir(parents=True, exist_ok=True)
+    report = {
+        "sequences": count,
+        "first_seed": options.first,
+        "broken": broken,
+        "errors": dict(errors),
+        "longest_call_s": longest,
+        "cpu_s": seconds,
+    }
+    options.out.write_text(json.dumps(report, indent=2) + "\n")
+    return 1 if broken else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
