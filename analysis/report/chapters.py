@@ -37,7 +37,7 @@ def overview_chapter(rooms: Sequence[Mapping[str, Any]]) -> str:
     rows = [row for room in rooms for row in _room_rows(room, symbols)]
     return (
         "<h2>Paired and un-paired responses</h2>"
-        + _table(["room", "", *heads], rows)
+        + _table(["", *heads], rows)
         + "<p>Mean distance, below it the 95 % interval of the mean over pairs. "
         "<b>Without outliers</b>: paired, without the pairs named below. "
         "<b>Ratio</b>: how many times closer swapped responses are than strangers of "
@@ -49,8 +49,6 @@ def overview_chapter(rooms: Sequence[Mapping[str, Any]]) -> str:
 
 def _room_rows(room: Mapping[str, Any], symbols: Sequence[str]) -> list[str]:
     metrics = [room["metrics"][s] for s in symbols]
-    about = f"{room['mark']}<br>{room['n_pairs']} pairs"
-    name = f"{escape(room['room'])}<small>{about}</small>"
     lines = {
         "un-paired": [cell(m["unpaired"]) for m in metrics],
         "paired": [cell(m["paired"]) for m in metrics],
@@ -61,14 +59,15 @@ def _room_rows(room: Mapping[str, Any], symbols: Sequence[str]) -> list[str]:
     }
     if not any(pair["faults"] for pair in room["pairs"]):
         del lines["without outliers"]
-    rows = []
+    about = f"{room['mark']}, {room['n_pairs']} pairs"
+    rows = [
+        f'<tr class="room"><th colspan="{len(symbols) + 1}">{escape(room["room"])} '
+        f"<small>{about}</small></th></tr>"
+    ]
     for words, cells in lines.items():
         body = "".join(f"<td>{c}</td>" for c in cells)
-        first = (
-            f'<td rowspan="{len(lines)}">{name}</td>' if words == "un-paired" else ""
-        )
         kind = ' class="paired"' if words == "paired" else ""
-        rows.append(f'<tr{kind}>{first}<td class="variant">{words}</td>{body}</tr>')
+        rows.append(f'<tr{kind}><td class="variant">{words}</td>{body}</tr>')
     return rows
 
 

@@ -42,6 +42,12 @@ def room_summary(study: RoomStudy, rng: np.random.Generator) -> dict[str, Any]:
         "excluded": [{"pair": p, "reason": why} for p, why in room.excluded],
         "metrics": metrics,
         "ratio": _geometric_mean(ratios),
+        "ratio_without_outliers": _geometric_mean(
+            [
+                _ratio(m["unpaired"]["mean"], m["paired_sound"]["mean"])
+                for m in (metrics[s] for s in TABLE_SYMBOLS if s in metrics)
+            ]
+        ),
         "typical": asdict(study.likeness.typical),
         "unequal_patterns": study.likeness.share("pattern"),
         "coherence": _coherence(study),

@@ -23,7 +23,7 @@ def verdict(summary: dict[str, Any]) -> str:
         return head
     named = "; ".join(f"pair {p['pair']}: {p['faults'][0]['words']}" for p in odd[:3])
     more = f"; and {len(odd) - 3} more below" if len(odd) > 3 else ""
-    return f"{head} {len(odd)} of {summary['n_pairs']} pairs stand out ({named}{more})."
+    return f"{head} What stands out: {named}{more}."
 
 
 def _finding(summary: dict[str, Any]) -> str:
@@ -39,11 +39,21 @@ def _finding(summary: dict[str, Any]) -> str:
             f"not reciprocal; {said}, and in {share} % of the pairs the difference "
             "is that of unequal gain patterns of loudspeaker and microphone"
         )
+    odd = sum(bool(pair["faults"]) for pair in summary["pairs"])
+    sound = summary["ratio_without_outliers"]
+    if 0 < odd <= summary["n_pairs"] / 2 and math.isfinite(sound):
+        said = (
+            f"apart from {odd} of {summary['n_pairs']} pairs swapped responses are "
+            f"{sound:.3g} times closer than un-paired ones ({ratio:.3g} with all pairs)"
+        )
+        ratio = sound
+    return f"{_degree(ratio)}; {said}"
+
+
+def _degree(ratio: float) -> str:
     if ratio >= 5:
-        return f"reciprocal; {said}"
-    if ratio >= 2:
-        return f"only partly reciprocal; {said}"
-    return f"not reciprocal; {said}"
+        return "reciprocal"
+    return "only partly reciprocal" if ratio >= 2 else "not reciprocal"
 
 
 def _typical(summary: dict[str, Any]) -> str:

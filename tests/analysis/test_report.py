@@ -68,7 +68,8 @@ def test_outliers_are_named_in_verdict_and_table(tmp_path):
     trial = trial_session(6, {2: "gain"}, rng, box=box)
     made = write_report([trial], tmp_path, figures=True)
     said = json.loads(made["json"].read_text())
-    assert "1 of 6 pairs stand out (pair 2: gain step of +0.5" in said["verdicts"][0]
+    assert "apart from 1 of 6 pairs" in said["verdicts"][0]
+    assert "stands out: pair 2: gain step of +0.5" in said["verdicts"][0]
     metric = said["rooms"][0]["metrics"]["Amp"]
     assert metric["paired_sound"]["count"] == 5
     assert metric["paired_sound"]["mean"] < metric["paired"]["mean"]
