@@ -11,9 +11,10 @@ from capture.config import SessionConfig
 from capture.deconvolution import Deconvolution, deconvolve
 from capture.interfaces.protocol import Recording
 from capture.journal import Event
+from capture.silence import silent_channels
 from capture.stage import mounted
 from capture.sweep import Sweep, synchronized_sweep
-from rir import Environment, Pose
+from rir import Environment, Pose, SignalError
 
 __all__ = ["Examiner", "Verdict", "session_sweep", "take_poses"]
 
@@ -119,15 +120,26 @@ class Examiner:
         event : dict
             The take's ``take_started`` event: poses and air.
         """
-        result = self.respond(recording.samples, event)
+        try:
+            result = self.respond(recording.samples, event)
+        except SignalError as error:
+            reasons = [*self._silences(recording), str(error)]
+            nothing = np.zeros((len(recording.samples), self.pre + self.length))
+            return Verdict(False, reasons, [], {}, nothing)
         spoiling = [v for v in result.verdicts if v.hard or v.word in RETAKE_MARKS]
         reasons = [verdict.text for verdict in spoiling]
+        reasons += self._silences(recording)
         reasons += [f"the driver reported {flag}" for flag in recording.flags]
         marks = [v.text for v in result.verdicts if v not in spoiling]
         verdict = Verdict(not reasons, reasons, marks, result.figures, result.response)
         if verdict.accepted and self.golden is None:
             self.set_golden(recording.samples)
         return verdict
+
+    def _silences(self, recording: Recording) -> list[str]:
+        stop = self.n_noise + len(self.sweep)
+        rate = recording.sample_rate
+        return silent_channels(recording.samples, rate, self.n_noise, stop)
 
     def set_golden(self, samples: FloatArray) -> None:
         """Keep the loopback of a take as the one to compare with."""

@@ -4,7 +4,6 @@ import shutil
 import signal
 import subprocess
 import time
-import uuid
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -17,7 +16,9 @@ class JackServer:
     """A JACK server without a sound card, under a name of its own."""
 
     def __init__(self, folder: Path, *, channels: int, ports: int) -> None:
-        self.name = f"resounding-{os.getpid()}-{uuid.uuid4().hex[:6]}"
+        # One name for all: JACK's registry frees a killed server's place only when
+        # the same name comes again, and it has eight places.
+        self.name = f"resounding-tests-{os.environ.get('PYTEST_XDIST_WORKER', '0')}"
         self.folder = folder
         self.env = {
             **os.environ,
@@ -29,7 +30,11 @@ class JackServer:
         options = ["-n", self.name, "-S", "-p", str(ports), "-d", "dummy"]
         options += ["-r", "48000", "-p", "1024", "-C", count, "-P", count, "-m"]
         self.processes = [self._start("jackd", *options)]
-        self.wait_for("system:")
+        try:
+            self.wait_for("system:")
+        except TimeoutError:
+            self.stop()
+            raise
 
     def _start(self, *command: str) -> subprocess.Popen[bytes]:
         return subprocess.Popen(

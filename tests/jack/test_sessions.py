@@ -79,20 +79,24 @@ def test_a_street_is_recovered(start_jack: Callable[..., Any]) -> None:
         "loopback": 3,
         "microphone_offsets_m": [[0, 0, 0], [0, 0.1, 0]],
     }
-    sweep = {"seconds": 4.0, "band_hz": (20.0, 20000.0), "tail_s": 0.6}
-    config = make_config(channels=channels, sweep=sweep, response_s=0.4)
+    sweep = {"seconds": 4.0, "band_hz": (20.0, 20000.0), "tail_s": 1.2}
+    config = make_config(channels=channels, sweep=sweep, response_s=1.0, pre_s=0.5)
     interface = set_stage(config).open_interface()
     examiner = Examiner(config)
     take = interface.play_record(examiner.signal, len(examiner.signal), label="t")
     interface.close()
     event = {"air": {}, "emitter": {}, "listener": {}}
-    found = examiner.respond(take.samples, event).response[:, examiner.pre :]
-    for heard, name in zip(found, ("street2-L", "street2-R"), strict=True):
+    found = examiner.respond(take.samples, event).response
+    # The band's slopes ring before and after: the window holds all of it.
+    for whole, name in zip(found, ("street2-L", "street2-R"), strict=True):
         own, rate = read_audio(STREET / f"{name}.wav")
+        heard = whole[examiner.pre :]
         own = np.pad(own[0], (0, len(heard) - own.shape[1]))
-        frequencies = np.fft.rfftfreq(2 * len(own), 1 / rate)
+        n = 2 * len(whole)
+        frequencies = np.fft.rfftfreq(n, 1 / rate)
         inside = (frequencies >= 20) & (frequencies <= 20000)
-        ours, theirs = (np.fft.rfft(h, 2 * len(own))[inside] for h in (heard, own))
+        placed = np.pad(own, (examiner.pre, 0))
+        ours, theirs = (np.fft.rfft(h, n)[inside] for h in (whole, placed))
         error = np.linalg.norm(ours - theirs) / np.linalg.norm(theirs)
         assert 20 * np.log10(error) <= -100
         differences = paper_metrics(own, heard, rate)
@@ -147,8 +151,8 @@ def kill_server(server: Any) -> None:
 
 FAULTS = [
     (stall, "the driver reported", True),
-    (pull, "channel 0", False),
-    (end_room, "loopback", False),
+    (pull, "channel 0 is exactly zero", False),
+    (end_room, "channel 1 is exactly zero", False),
     (end_server, "audio stream stopped", False),
     (kill_server, "audio stream stopped", False),
 ]
