@@ -122,3 +122,32 @@ def test_rooms_stand_side_by_side(tmp_path, session, new_session):
     assert [room["room"] for room in said["rooms"]] == ["box", "hall"]
     assert said["mark"] == "MEASURED and SIMULATED"
     assert isinstance(session, Dataset)
+
+
+@pytest.mark.parametrize("n_pairs", [1, 2])
+def test_few_pairs_make_a_report_that_claims_nothing(tmp_path, new_session, n_pairs):
+    said = json.loads(
+        write_report([new_session(n_pairs)], tmp_path)["json"].read_text()
+    )
+    metric = said["rooms"][0]["metrics"]["C50"]
+    assert metric["paired"]["low"] is None
+    assert ("undetermined" in said["verdicts"][0]) == (n_pairs == 1)
+
+
+def test_sessions_of_one_room_are_joined_and_others_kept_apart(tmp_path, new_session):
+    paths = [
+        new_session(2, seed=k, session=name).save(tmp_path / f"{name}.h5")
+        for k, name in enumerate(("monday", "tuesday"))
+    ]
+    hall = new_session(2, room="hall", session="hall").subset(np.arange(4))
+    paths.append(hall.save(tmp_path / "hall.h5"))
+    out = tmp_path / "out"
+    assert main(["report", *map(str, paths), "--out", str(out)]) == 0
+    box, other = json.loads((out / "report.json").read_text())["rooms"]
+    assert [p["pair"] for p in box["pairs"]] == [
+        "monday/0",
+        "monday/1",
+        "tuesday/0",
+        "tuesday/1",
+    ]
+    assert (other["room"], len(other["pairs"])) == ("hall", 2)
