@@ -46,7 +46,7 @@ class TrainingPlan:
     exchange_mode: str = "pose"
     "what is swapped: pose, or position only"
     self_supervised: str = "none"
-    "reciprocity loss on predictions: none, paper, teacher or pattern"
+    "reciprocity loss on predictions: none, pattern, teacher, paper or contrastive"
     precision: str = "float32"
     "float32, or bfloat16 inside the network"
     device: str = "cpu"

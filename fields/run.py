@@ -18,6 +18,7 @@ from rir.errors import ConfigError
 __all__ = ["exchange_form", "model_config", "train", "train_on"]
 
 STEPS = 2000
+SELF_SUPERVISED = ("none", "pattern", "teacher", "paper", "contrastive")
 UNLIMITED_STEPS = 10_000_000
 
 
@@ -182,8 +183,8 @@ def exchange_form(exchange: bool | str) -> str:
 def _self_supervised_form(form: bool | str) -> str:
     if isinstance(form, bool):
         return "pattern" if form else "none"
-    if form in ("none", "paper", "teacher", "pattern"):
+    if form in SELF_SUPERVISED:
         return form
     raise ConfigError(
-        f"no self-supervised form {form!r}; known: none, paper, teacher, pattern"
+        f"no self-supervised form {form!r}; known: {', '.join(SELF_SUPERVISED)}"
     )

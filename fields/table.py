@@ -82,6 +82,11 @@ _list(
     "Liang et al., AV-NeRF, NeurIPS 2023",
 )
 _list(
+    "avr",
+    "volume rendering along rays, gain patterns exchangeable",
+    "Lan et al., Acoustic Volume Rendering, NeurIPS 2024",
+)
+_list(
     "inras",
     "waveform decoder over bounce points (INRAS-style)",
     "Su, Chen and Shlizerman, INRAS, NeurIPS 2022",

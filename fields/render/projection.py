@@ -93,18 +93,20 @@ class _Compiled(torch.autograd.Function):
     def forward(ctx: Any, *inputs: Tensor) -> Tensor:
         from fields.render.projection_kernel import sum_forward
 
-        arrays = [_array(one) for one in inputs]
-        order = np.argsort(arrays[3], kind="stable")
+        arrivals = _array(inputs[3])
+        order = np.argsort(arrivals, kind="stable")
         ctx.save_for_backward(*inputs)
         ctx.order = order
-        return torch.from_numpy(sum_forward(*arrays, order))
+        arrays: Any = [*(_array(one) for one in inputs), order]
+        return torch.from_numpy(sum_forward(*arrays))
 
     @staticmethod
     def backward(ctx: Any, *gradients: Tensor) -> Any:
         from fields.render.projection_kernel import sum_backward
 
-        arrays = [_array(one) for one in ctx.saved_tensors]
-        found = sum_backward(*arrays, ctx.order, _array(gradients[0]))
+        arrays: Any = [_array(one) for one in ctx.saved_tensors]
+        arrays += [ctx.order, _array(gradients[0])]
+        found = sum_backward(*arrays)
         features, weights, matrix, bias = (torch.from_numpy(one) for one in found)
         return features, weights, None, None, None, matrix, bias
 

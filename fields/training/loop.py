@@ -31,6 +31,7 @@ def fit_network(
     data: FieldData,
     config: Any,
     plan: TrainingPlan,
+    term: Term | None = None,
 ) -> NetworkField:
     """Train a network from its seed and answer the field.
 
@@ -44,14 +45,26 @@ def fit_network(
         The model's configuration.
     plan : TrainingPlan
         How to train.
+    term : callable, optional
+        A further loss beside the network's own.
+
+    Raises
+    ------
+    TrainingError
+        If the plan asks for self-supervision and the model gives no term.
     """
+    if plan.self_supervised != "none" and term is None:
+        raise TrainingError(
+            "self-supervision exchanges the listener's pattern, which this model "
+            "cannot; choose avr, or --exchange"
+        )
     device = _device(plan.device)
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(plan.seed)
         network: Any = network_type(data.frame, config)
     network.observe(data)
     network.to(device)
-    trainer = Trainer(network, data, plan)
+    trainer = Trainer(network, data, plan, term)
     report = trainer.run()
     return NetworkField(network, config, data.frame, report)
 

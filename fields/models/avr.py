@@ -1,0 +1,329 @@
+"""AVR: sound gathered along rays through a learned volume, exactly and fast.
+
+The released renderer computes a whole waveform at every point. Its last layer
+is linear, so features are summed first and the waveform is made once per shell
+(:mod:`fields.render.projection`); the result is the same to rounding.
+"""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from fields.data import FieldData
+from fields.frame import SceneFrame
+from fields.layers.direct import DirectPath, arrival, local_direction
+from fields.layers.encoding import Sinusoids
+from fields.layers.hash_grid import HashGrid
+from fields.layers.perceptron import perceptron
+from fields.pattern import fit_emitter_pattern
+from fields.plan import TrainingPlan
+from fields.render.bank import bank_sum
+from fields.render.compositing import compositing_weights, drawn_shells, path_loss
+from fields.render.projection import causal_projection
+from fields.render.rays import Shells, even_directions, random_rotation
+from fields.render.weighting import RayWeighting, omni_weighting
+from fields.selfsupervised.fit import fit_directional
+from fields.training.directional import DirectionalField
+from fields.training.losses import LossWeights, waveform_loss
+from fields.training.network import load_network
+from fields.training.query import Query
+
+__all__ = ["PRESETS", "Avr", "Config", "fit", "load"]
+
+AVR_WEIGHTS = LossWeights(
+    time=10.0, spectrum=0.0, amplitude=1.0, angle=0.0, energy=1.0, stft=1.0
+)
+START_OPACITY = 1.0
+DENSITY_CELLS = 24
+
+
+@dataclass(frozen=True)
+class Config:
+    """Sizes of the volume and of the rays through it."""
+
+    rays: int = 96
+    "directions a listener looks in (paper: 64 x 32 + 2)"
+    shells: int = 32
+    "points a ray (paper: 64)"
+    far: float = 0.0
+    "radius of the last shell, metres; 0 takes the scene's diagonal"
+    proposals: int = 4
+    "shells evaluated a ray, drawn by their weight; 0 evaluates all"
+    density: str = "grid"
+    "where opacity comes from: grid (cheap) or network (paper)"
+    head: str = "bank"
+    "signal of a point: bank (responses at the total delay) or shell (paper)"
+    width: int = 128
+    "width of the signal network (paper: 512)"
+    feature_width: int = 64
+    "width of the point network (paper: 128)"
+    channels: int = 48
+    "responses in the bank"
+    octaves: int = 6
+    "frequencies of the position encoding (paper: a hash grid)"
+    hash_levels: int = 0
+    "levels of a hash grid in place of sinusoids (paper: 20)"
+    emission: str = "local"
+    "what a point knows of the emitter: local (its own bearing) or absolute (paper)"
+    direct: bool = True
+    "write the direct sound out, with a learned emitter pattern"
+
+
+PRESETS = {
+    "cpu": Config(),
+    "paper": Config(
+        rays=2050,
+        shells=64,
+        proposals=0,
+        density="network",
+        head="shell",
+        width=512,
+        feature_width=128,
+        hash_levels=20,
+        emission="absolute",
+        direct=False,
+    ),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Hold the points of a batch that the network is asked about.
+
+    Parameters
+    ----------
+    positions : Tensor
+        Shape (batch, rays, points, 3), metres.
+    shells : Tensor
+        Shell of each point, shape (batch, rays, points), int64.
+    weights : Tensor
+        Share of each point without any pattern, shape (batch, rays, points).
+    rays : Tensor
+        Unit vectors away from the listener, shape (rays, 3), room frame.
+    """
+
+    positions: Tensor
+    shells: Tensor
+    weights: Tensor
+    rays: Tensor
+
+
+class Avr(nn.Module):
+    """Render responses from opacity and signals in space."""
+
+    name = "avr"
+
+    def __init__(self, frame: SceneFrame, config: Config) -> None:
+        super().__init__()
+        self.config = config
+        self.batch_size = 4 if config.head == "shell" else 8
+        self.n_samples = frame.n_samples
+        self.samples_a_metre = frame.sample_rate / frame.speed_of_sound
+        diagonal = float(np.linalg.norm(frame.high - frame.low)) + 1.0
+        far = config.far or diagonal
+        self.reach = frame.reach + 0.5 * far
+        self.register_buffer("center", torch.tensor(frame.center, dtype=torch.float32))
+        rays = even_directions(config.rays)
+        self.register_buffer("rays", rays, persistent=False)
+        self._add_shells(far)
+        self._add_networks()
+        self.direct = (
+            DirectPath(frame.n_samples, self.samples_a_metre) if config.direct else None
+        )
+
+    center: Tensor
+    rays: Tensor
+    delays: Tensor
+    radii: Tensor
+    steps: Tensor
+
+    def _add_shells(self, far: float) -> None:
+        shells = Shells.spread(self.config.shells, far, self.samples_a_metre)
+        self.register_buffer("delays", shells.delays, persistent=False)
+        self.register_buffer("radii", shells.radii, persistent=False)
+        self.register_buffer("steps", shells.steps, persistent=False)
+        self.start_density = START_OPACITY / far
+
+    def _add_networks(self) -> None:
+        config = self.config
+        self.encode_point = (
+            HashGrid(config.hash_levels)
+            if config.hash_levels
+            else Sinusoids(config.octaves)
+        )
+        self.encode_view = Sinusoids(2)
+        self.encode_emitter = Sinusoids(config.octaves if config.octaves else 6)
+        narrow, wide = config.feature_width, config.width
+        self.point_network = perceptron(
+            [self.encode_point.width, narrow, narrow, narrow, narrow]
+        )
+        if config.density == "network":
+            self.density_network = perceptron([narrow, narrow, narrow, narrow, 1])
+        else:
+            cells = DENSITY_CELLS
+            self.density_grid = nn.Parameter(torch.zeros(1, 1, cells, cells, cells))
+        emitter = 4 if config.emission == "local" else self.encode_emitter.width + 6
+        # The first layer is split, so that what rays or emitters share is made once.
+        self.from_point = nn.Linear(narrow, wide)
+        self.from_view = nn.Linear(self.encode_view.width, wide, bias=False)
+        self.from_emitter = nn.Linear(emitter, wide, bias=False)
+        self.signal_network = perceptron([wide, wide, wide], last=False)
+        if config.head == "shell":
+            self.waveform = nn.Linear(wide, self.n_samples)
+            nn.init.normal_(self.waveform.weight, std=1e-2)
+            nn.init.zeros_(self.waveform.bias)
+        else:
+            self.to_channels = nn.Linear(wide, config.channels)
+            noise = torch.randn(config.channels, self.n_samples)
+            self.bank = nn.Parameter(1e-2 * noise)
+
+    def observe(self, data: FieldData) -> None:
+        """Start the direct sound from the pattern fitted to the responses."""
+        if self.direct is None:
+            return
+        fitted = fit_emitter_pattern(data)
+        if fitted is not None:
+            coefficients = torch.tensor(fitted.pattern.coefficients[0])
+            self.direct.set_pattern(coefficients.float())
+
+    def points(self, query: Query, random: torch.Generator | None) -> Points:
+        """Choose the points of a batch; without randomness always the same."""
+        rays = self.rays
+        if random is not None:
+            rays = rays @ random_rotation(random).to(rays.device).T
+        offsets = rays[:, None] * self.radii[None, :, None]
+        positions = query.listener[:, None, None] + offsets
+        shells = torch.arange(len(self.radii), device=rays.device)
+        shells = shells.expand(*positions.shape[:-1])
+        if self.config.density == "network":
+            return Points(positions, shells, torch.zeros(()), rays)
+        weights = compositing_weights(self._grid_density(positions), self.steps)
+        if self.config.proposals:
+            shells, weights = drawn_shells(weights, self.config.proposals, random)
+            radii = self.radii[shells][..., None]
+            positions = query.listener[:, None, None] + rays[:, None] * radii
+        return Points(positions, shells, weights, rays)
+
+    def _grid_density(self, positions: Tensor) -> Tensor:
+        local = (positions - self.center) / self.reach
+        shape = (1, -1, 1, 1, 3)
+        values = nn.functional.grid_sample(
+            self.density_grid,
+            local.reshape(shape),
+            padding_mode="border",
+            align_corners=True,
+        )
+        return self._density(values.reshape(positions.shape[:-1]))
+
+    def _density(self, raw: Tensor) -> Tensor:
+        return self.start_density * nn.functional.softplus(raw) / 0.6931
+
+    def evaluate(self, query: Query, points: Points) -> tuple[Points, Tensor]:
+        """Ask the network once: points with weights, and their features.
+
+        Everything a listener's pattern changes comes after this, so a second
+        rendering through another pattern needs no second evaluation.
+        """
+        local = (points.positions - self.center) / self.reach
+        about = self.point_network(self.encode_point(local))
+        if self.config.density == "network":
+            raw = self.density_network(nn.functional.relu(about))[..., 0].float()
+            weights = compositing_weights(self._density(raw), self.steps)
+            points = replace(points, weights=weights)
+        hidden = self.from_point(nn.functional.relu(about))
+        hidden = hidden + self.from_view(self.encode_view(-points.rays))[:, None]
+        hidden = hidden + self._emission(query, points)
+        features = self.signal_network(nn.functional.relu(hidden))
+        return points, features
+
+    def _emission(self, query: Query, points: Points) -> Tensor:
+        if self.config.emission == "local":
+            offset = points.positions - query.emitter[:, None, None]
+            bearing = local_direction(offset, query.emitter_axes)
+            length = offset.norm(dim=-1, keepdim=True) / self.reach
+            return self.from_emitter(torch.cat([bearing, length], dim=-1))
+        place = self.encode_emitter((query.emitter - self.center) / self.reach)
+        axes = [query.emitter_axes[..., 0], query.emitter_axes[..., 2]]
+        told = torch.cat([place, *axes], dim=-1)
+        return self.from_emitter(told)[:, None, None]
+
+    def point_signal(self, features: Tensor) -> Tensor:
+        """Return what points send, from the emission on, (..., n_samples)."""
+        if self.config.head == "shell":
+            return self.waveform(features)
+        return self.to_channels(features) @ self.bank
+
+    def gather(
+        self, query: Query, points: Points, features: Tensor, weighting: RayWeighting
+    ) -> Tensor:
+        """Sum the points through a listener's pattern, (batch, n_samples)."""
+        shares = points.weights * weighting(query, points.rays)[..., None]
+        shares = shares / len(points.rays)
+        gaps = points.positions - query.emitter[:, None, None]
+        flight = (gaps.square().sum(-1) + 1e-12).sqrt() * self.samples_a_metre
+        if self.config.head == "shell":
+            gathered = self._gather_shells(points, features, shares, flight)
+        else:
+            total = flight + self.delays[points.shells]
+            channels = self.to_channels(features).float()
+            gathered = bank_sum(
+                channels.flatten(1, 2), shares.flatten(1), total.flatten(1), self.bank
+            )
+        loss = path_loss(self.n_samples, self.samples_a_metre, gathered.device)
+        response = gathered * loss
+        if self.direct is None:
+            return response
+        toward = weighting(query, arrival(query)[:, None], local=True)[:, 0]
+        return response + self.direct(query, toward)
+
+    def _gather_shells(
+        self, points: Points, features: Tensor, shares: Tensor, flight: Tensor
+    ) -> Tensor:
+        arrivals = flight.round().long().clamp(0, self.n_samples - 1)
+        return torch.stack(
+            [
+                causal_projection(
+                    features[item].flatten(0, 1),
+                    shares[item].flatten(),
+                    points.shells[item].flatten(),
+                    arrivals[item].flatten(),
+                    self.delays,
+                    self.waveform.weight,
+                    self.waveform.bias,
+                )
+                for item in range(len(features))
+            ]
+        )
+
+    def forward(
+        self,
+        query: Query,
+        random: torch.Generator | None = None,
+        weighting: RayWeighting = omni_weighting,
+    ) -> Tensor:
+        """Return responses through a listener pattern, (batch, n_samples)."""
+        points, features = self.evaluate(query, self.points(query, random))
+        return self.gather(query, points, features, weighting)
+
+    def training_loss(
+        self, query: Query, target: Tensor, random: torch.Generator
+    ) -> Tensor:
+        """Return the waveform loss of a batch."""
+        return waveform_loss(self(query, random), target, AVR_WEIGHTS)
+
+    def render(self, query: Query, weighting: RayWeighting = omni_weighting) -> Tensor:
+        """Return responses with fixed rays, (batch, n_samples)."""
+        return self(query, None, weighting)
+
+
+def fit(data: FieldData, config: Config, plan: TrainingPlan) -> DirectionalField:
+    """Train an AVR field, with the reciprocity loss when the plan asks for it."""
+    return fit_directional(Avr, data, config, plan)
+
+
+def load(path: Path) -> DirectionalField:
+    """Open a stored AVR field."""
+    return DirectionalField.of(load_network(path, Avr, Config))

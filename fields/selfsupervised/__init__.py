@@ -1,0 +1,1 @@
+"""Reciprocity as a loss on a field's own predictions; needs torch."""
