@@ -7,6 +7,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from analysis.bands import band_parameters
     from analysis.differences import paper_metrics
     from analysis.metrics import METRICS
     from analysis.parameters import acoustic_parameters
@@ -14,10 +15,11 @@ if TYPE_CHECKING:
 _HOME_OF = {
     "METRICS": "analysis.metrics",
     "acoustic_parameters": "analysis.parameters",
+    "band_parameters": "analysis.bands",
     "paper_metrics": "analysis.differences",
 }
 
-__all__ = ["METRICS", "acoustic_parameters", "paper_metrics"]
+__all__ = ["METRICS", "acoustic_parameters", "band_parameters", "paper_metrics"]
 
 
 def __getattr__(name: str) -> Any:

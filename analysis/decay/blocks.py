@@ -10,15 +10,7 @@ from analysis.decay.model import (
     slopes_of_model,
 )
 
-__all__ = [
-    "empty_blocks",
-    "first_block",
-    "guess",
-    "mark_events",
-    "mark_isolated",
-    "residuals",
-    "zoom",
-]
+__all__ = ["begin", "judge", "zoom"]
 
 
 @njit(cache=True)
@@ -66,8 +58,11 @@ def empty_blocks(means, count):
 
 
 @njit(cache=True)
-def zoom(energy, start, stop, count, means):
-    """Shrink the window to 2.2 times the knee; return (width, knee, noise)."""
+def zoom(energy, start, stop, count, least, means):
+    """Shrink the window to 2.2 times the knee; return (width, knee, noise, empty).
+
+    Blocks never get narrower than `least` samples.
+    """
     end = stop
     width, knee, noise = 0, 0, 0.0
     for _ in range(8):
@@ -75,10 +70,10 @@ def zoom(energy, start, stop, count, means):
         noise = steady_level(means, count)
         knee = find_knee(means, count, noise)
         wanted = int((2.2 * (knee + 1) + 4) * width)
-        if wanted > 0.85 * (end - start) or wanted < 2 * count:
+        if wanted > 0.85 * (end - start) or wanted < least * count:
             break
         end = start + wanted
-    return width, knee, noise
+    return width, knee, noise, empty_blocks(means, count)
 
 
 @njit(cache=True)
@@ -113,7 +108,7 @@ def guess(means, first, knee, noise, theta):
 
 
 @njit(cache=True)
-def is_patterned(ratio, first, count, width):
+def is_patterned(ratio, first, count, freedom):
     """Return whether neighbouring residuals agree, or scatter more than chance."""
     products, squares = 0.0, 1e-30
     for k in range(first, count - 1):
@@ -122,12 +117,12 @@ def is_patterned(ratio, first, count, width):
     blocks = count - 1 - first
     if squares < 1e-8 * blocks:
         return False
-    excess = squares / blocks * 0.5 * width > 1.5
+    excess = squares / blocks * 0.5 * freedom > 1.5
     return products / squares > (0.5 if excess else 1.5) / np.sqrt(blocks)
 
 
 @njit(cache=True)
-def residuals(theta, means, used, first, count, width, ratio):
+def residuals(theta, means, used, first, count, freedom, ratio):
     """Fill `ratio` with mu/m - 1; return its robust spread and if it has a pattern."""
     slopes = np.zeros(PARAMETERS)
     sizes = np.empty(count)
@@ -137,13 +132,16 @@ def residuals(theta, means, used, first, count, width, ratio):
         if used[k]:
             sizes[n] = abs(ratio[k])
             n += 1
-    spread = max(1.4826 * median_of(sizes[:n]), np.sqrt(2.0 / width))
-    return spread, is_patterned(ratio, first, count, width)
+    spread = max(1.4826 * median_of(sizes[:n]), np.sqrt(2.0 / freedom))
+    return spread, is_patterned(ratio, first, count, freedom)
 
 
 @njit(cache=True)
 def mark_events(ratio, used, first, count, spread):
-    """Take out up to three blocks in a row that lie far above the model."""
+    """Take out up to three blocks in a row that lie far above the model.
+
+    The first blocks belong to an earlier, steeper decay instead.
+    """
     found = 0
     k = first
     while k < count:
@@ -155,7 +153,7 @@ def mark_events(ratio, used, first, count, spread):
             start -= 1
         while stop < count and ratio[stop] > max(4.0 * spread, 0.7):
             stop += 1
-        if stop - start <= 3:
+        if stop - start <= 3 and start > first:
             for j in range(start, stop):
                 found += used[j]
                 used[j] = False
@@ -175,3 +173,20 @@ def mark_isolated(means, used, first, count):
             used[k] = False
             found += 1
     return found
+
+
+@njit(cache=True)
+def begin(means, used, count, knee, noise, theta):
+    """Return the first block to fit and whether a decay shows; fill a first guess."""
+    first = first_block(means, knee, noise)
+    if not guess(means, first, knee, noise, theta):
+        return first, False
+    mark_isolated(means, used, first, count)
+    return first, True
+
+
+@njit(cache=True)
+def judge(theta, means, used, first, count, freedom, ratio):
+    """Return the residuals' spread, if they have a pattern, and new outliers."""
+    spread, patterned = residuals(theta, means, used, first, count, freedom, ratio)
+    return spread, patterned, mark_events(ratio, used, first, count, spread)

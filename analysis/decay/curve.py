@@ -3,52 +3,55 @@
 import numpy as np
 from numba import njit
 
-from analysis.decay.model import FAST
+from analysis.decay.model import FAST, crossing, tail_after
 
 __all__ = [
-    "POINTS",
+    "close_curve",
     "direct_end",
     "energy_after",
-    "fill_curve",
-    "fit_line",
-    "moment",
+    "envelope_energy",
+    "fit_lines",
     "soften",
 ]
 
-POINTS = 2048
-"""Points of the curve; short decays have one per sample."""
-
 
 @njit(cache=True, fastmath=FAST)
-def fill_curve(energy, start, end, noise, tail, curve):
-    """Fill `curve` with the energy left after each step; return (steps, width).
+def fill_curve(energy, start, end, noise, tail, points, curve):
+    """Fill `curve` with the energy left after each step; return (steps, width, first).
 
     E_c(t) = sum_{t <= m < end} (e[m] - noise) + tail: the noise inside the integral
-    is subtracted, the decay lost behind `end` is added (ISO 3382-1, 5.3.3).
+    is subtracted, the decay lost behind `end` is added (ISO 3382-1, 5.3.3). `first`
+    is sum n (e[n] - noise), n counted from `start`.
     """
-    width = max((end - start) // POINTS, 1)
+    width = max((end - start) // points, 1)
     steps = (end - start + width - 1) // width
     curve[steps] = tail
-    left = tail
+    left, moment = tail, 0.0
     for step in range(steps - 1, -1, -1):
         first = start + step * width
         last = min(first + width, end)
-        total = 0.0
+        total, inner = 0.0, 0.0
         for n in range(first, last):
             total += energy[n]
+            inner += (n - first) * energy[n]
         left += total - noise * (last - first)
+        moment += inner + total * (first - start)
         curve[step] = left
-    return steps, width
-
-
-@njit(cache=True, fastmath=FAST)
-def moment(energy, start, end, noise):
-    """Return sum n (e[n] - noise) from `start` to `end`, n counted from `start`."""
-    total = 0.0
-    for n in range(start, end):
-        total += (n - start) * energy[n]
     length = end - start
-    return total - noise * 0.5 * length * (length - 1.0)
+    return steps, width, moment - noise * 0.5 * length * (length - 1.0)
+
+
+@njit(cache=True)
+def close_curve(energy, onset, start, stop, theta, block, points, curve):
+    """Find the crossing, fill the curve to it and close it by the tail.
+
+    Returns end, noise, tail, steps, width, first moment.
+    """
+    end = min(onset + int(crossing(theta, (stop - onset) / block) * block), stop)
+    noise = np.exp(theta[0])
+    tail = tail_after(theta, (end - onset) / block) * block
+    steps, width, first = fill_curve(energy, start, end, noise, tail, points, curve)
+    return end, noise, tail, steps, width, first
 
 
 @njit(cache=True)
@@ -63,23 +66,33 @@ def energy_after(energy, start, sample, noise, curve, width):
 
 
 @njit(cache=True)
-def fit_line(curve, steps, width, upper, lower, line):
-    """Fit a line to 10 lg E between two levels [dB]; return the number of points.
+def fill_levels(curve, steps, lowest, levels):
+    """Fill `levels` with 10 lg E down to a level [dB]; return how many."""
+    bottom = curve[0] * 10.0 ** (-0.1 * lowest)
+    origin, scale = np.log(curve[0]), 10.0 / np.log(10.0)
+    for step in range(steps + 1):
+        if curve[step] < bottom:
+            return step
+        levels[step] = scale * (np.log(curve[step]) - origin)
+    return steps + 1
+
+
+@njit(cache=True)
+def fit_line(levels, begin, count, width, upper, lower, line):
+    """Fit a line to the levels between two limits [dB]; return the number of points.
 
     `line` receives slope [dB/sample], correlation, levels covered [dB] and the
     largest single step [dB].
     """
-    top = curve[0] * 10.0 ** (-0.1 * upper)
-    bottom = curve[0] * 10.0 ** (-0.1 * lower)
     n = 0
     sw, sx, sy, sxx, sxy, syy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     last, jump, covered, origin = 0.0, 0.0, 0.0, 0
-    for step in range(steps + 1):
-        if curve[step] < bottom:
-            break
-        if curve[step] > top:
+    for step in range(begin, count):
+        y = levels[step]
+        if y > -upper:
             continue
-        y = 10.0 * np.log10(curve[step] / curve[0])
+        if y < -lower:
+            break
         # The direct sound is one sample before the rest, not a whole step.
         weight = 1.0 / width if step == 0 else 1.0
         if n == 0:
@@ -106,6 +119,18 @@ def fit_line(curve, steps, width, upper, lower, line):
     return n
 
 
+@njit(cache=True)
+def fit_lines(curve, begin, later, steps, width, limits, lines):
+    """Fit lines from `begin` (the first) and `later` on; the last column counts."""
+    levels = np.empty(steps + 1)
+    count = fill_levels(curve, steps, limits[-1, 1], levels)
+    for row in range(len(limits)):
+        start = begin if row == 0 else later
+        lines[row, 4] = fit_line(
+            levels, start, count, width, limits[row, 0], limits[row, 1], lines[row]
+        )
+
+
 @njit(cache=True, fastmath=FAST)
 def soften(energy, start, stop, wanted):
     """Scale a stretch down to a mean."""
@@ -126,3 +151,14 @@ def direct_end(energy, onset, stop, reach):
         if energy[n] > energy[peak]:
             peak = n
     return peak + reach + 1
+
+
+@njit(cache=True, fastmath=FAST)
+def envelope_energy(envelope, scale):
+    """Return scaled squared magnitudes of complex rows."""
+    energy = np.empty(envelope.shape)
+    for row in range(envelope.shape[0]):
+        for n in range(envelope.shape[1]):
+            z = envelope[row, n]
+            energy[row, n] = scale * (z.real * z.real + z.imag * z.imag)
+    return energy

@@ -19,16 +19,19 @@ from analysis.decay.answer import (
     XI20,
     Answer,
 )
-from analysis.decay.curve import POINTS, energy_after, fill_curve, fit_line, moment
-from analysis.decay.model import NOTHING, crossing, tail_after
+from analysis.decay.curve import close_curve, energy_after, fit_lines
+from analysis.decay.model import NOTHING, tail_after
 from analysis.decay.noise import NoiseFit
 
 __all__ = ["DecayCurve", "read_ratio", "read_times"]
 
 FloatArray = NDArray[np.float64]
 
-FITS = ((EDT, 0.0, 10.0), (T20, 5.0, 25.0), (T30, 5.0, 35.0))
-"""Place and range of each line [dB] (ISO 3382-1, 3.2 and A.2.2)."""
+FITS = ((0.0, 10.0), (5.0, 25.0), (5.0, 35.0))
+"""Ranges of the lines of EDT, T20 and T30 [dB] (ISO 3382-1, 3.2 and A.2.2)."""
+LIMITS = np.array(FITS)
+POINTS = 2048
+"""Points of the curve; short decays have one per sample."""
 MARGIN = 3.0
 """How far below a line's end the crossing must lie on the curve [dB]."""
 LOW_RANGE = 45.0
@@ -49,20 +52,25 @@ class DecayCurve:
     values: FloatArray
     steps: int
     width: int
+    first: float
     fit: NoiseFit
 
     @classmethod
     def of(
-        cls, energy: FloatArray, onset: int, start: int, stop: int, fit: NoiseFit
+        cls,
+        energy: FloatArray,
+        onset: int,
+        start: int,
+        stop: int,
+        fit: NoiseFit,
+        points: int = POINTS,
     ) -> "DecayCurve":
         """Return the curve from `start`, by a fit whose time 0 is `onset`."""
-        block, noise = fit.width, math.exp(fit.theta[0])
-        met = crossing(fit.theta, (stop - onset) / block)
-        end = min(onset + int(met * block), stop)
-        tail = tail_after(fit.theta, (end - onset) / block) * block
-        values = np.empty(2 * POINTS + 2)
-        steps, width = fill_curve(energy, start, end, noise, tail, values)
-        return cls(energy, start, end, noise, tail, values, steps, width, fit)
+        values = np.empty(2 * points + 2)
+        end, noise, tail, steps, width, first = close_curve(
+            energy, onset, start, stop, fit.theta, fit.width, points, values
+        )
+        return cls(energy, start, end, noise, tail, values, steps, width, first, fit)
 
     @property
     def total(self) -> float:
@@ -93,25 +101,35 @@ class DecayCurve:
 
     def centre(self, onset: int) -> float:
         """Return the centre time, counted from the onset [samples]."""
-        first = moment(self.energy, self.start, self.end, self.noise)
-        first += self.tail * (self.end - self.start + 1.0 / self.late_rate)
+        first = self.first + self.tail * (self.end - self.start + 1.0 / self.late_rate)
         return first / self.total + self.start - onset
 
 
-def read_times(curve: DecayCurve, rate: float, answer: Answer) -> None:
-    """Fill EDT, T20, T30, the quality of their lines, and facts of the curve."""
-    floor, line = curve.floor, np.empty(4)
+def read_times(
+    curve: DecayCurve,
+    rate: float,
+    answer: Answer,
+    skipped: tuple[float, float] = (0.0, 0.0),
+) -> None:
+    """Fill EDT, T20, T30, the quality of their lines, and facts of the curve.
+
+    `skipped` samples at the start are left out of EDT's line, and of the others'.
+    """
+    floor = curve.floor
     answer.facts[RANGE], answer.facts[NOISE] = -floor, curve.noise
     answer.facts[CROSSING] = (curve.end - curve.start) / rate
     answer.facts[LATE] = 6.0 * math.log(10.0) / curve.late_rate / rate
     if floor > -LOW_RANGE:
         answer.flag(words.LOW_RANGE)
-    for place, upper, lower in FITS:
+    lines = np.empty((3, 5))
+    begin, later = (math.ceil(count / curve.width) for count in skipped)
+    fit_lines(curve.values, begin, later, curve.steps, curve.width, LIMITS, lines)
+    for place, (upper, lower) in enumerate(FITS):
         if floor > -lower - MARGIN:
             answer.reasons[place] = words.RANGE_SHORT
             continue
-        points = fit_line(curve.values, curve.steps, curve.width, upper, lower, line)
-        answer.reasons[place] = _judge(place, points, line, lower - upper)
+        line = lines[place]
+        answer.reasons[place] = _judge(place, line, lower - upper)
         if not answer.reasons[place]:
             answer.values[place] = -60.0 / line[0] / rate
             if place != EDT:
@@ -119,8 +137,8 @@ def read_times(curve: DecayCurve, rate: float, answer: Answer) -> None:
     _read_curvature(answer)
 
 
-def _judge(place: int, points: int, line: FloatArray, span: float) -> int:
-    if points < 4 or line[2] < 0.3:
+def _judge(place: int, line: FloatArray, span: float) -> int:
+    if line[4] < 4 or line[2] < 0.3:
         return words.NO_POINTS
     if line[3] > 0.5 * span:
         return words.PULSES
@@ -129,7 +147,7 @@ def _judge(place: int, points: int, line: FloatArray, span: float) -> int:
 
 def _read_curvature(answer: Answer) -> None:
     t20, t30 = answer.values[T20], answer.values[T30]
-    if not np.isnan(t20) and not np.isnan(t30):
+    if t20 > 0.0 and t30 > 0.0:
         curvature = 100.0 * (t30 / t20 - 1.0)
         answer.facts[CURVATURE] = curvature
         if abs(curvature) > 10.0:

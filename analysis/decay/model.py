@@ -113,68 +113,74 @@ def slopes_of_model(theta, time, slopes):
 
 
 @njit(cache=True)
-def deviance(theta, means, used, first, count):
-    """Return 2 sum(ln m + mu/m) over the used blocks."""
+def score(theta, means, used, first, count, free, matrix, vector):
+    """Fill the scoring equations of the free parameters; return the deviance.
+
+    The deviance is 2 sum(ln m + mu/m) over the used blocks.
+    """
+    matrix[:] = 0.0
+    vector[:] = 0.0
     slopes = np.zeros(PARAMETERS)
+    size = len(free)
+    noise = np.exp(theta[0])
+    fast, slow = np.exp(theta[2]), np.exp(theta[4])
+    one = np.exp(theta[1] - fast * (first + 0.5))
+    two = np.exp(theta[3] - slow * (first + 0.5)) if theta[3] > NOTHING else 0.0
+    keep_one, keep_two = np.exp(-fast), np.exp(-slow)
     total = 0.0
     for k in range(first, count):
         if used[k]:
-            value = slopes_of_model(theta, k + 0.5, slopes)
-            total += 2.0 * (np.log(value) + means[k] / value)
-    return total
-
-
-@njit(cache=True)
-def score_step(theta, means, used, first, count, free, step):
-    """Fill `step` with one Fisher scoring step of the free parameters."""
-    matrix = np.zeros((PARAMETERS, PARAMETERS))
-    slopes = np.zeros(PARAMETERS)
-    size = len(free)
-    step[:] = 0.0
-    for k in range(first, count):
-        if not used[k]:
-            continue
-        value = slopes_of_model(theta, k + 0.5, slopes)
-        residual = means[k] / value - 1.0
-        for i in range(size):
-            left = slopes[free[i]] / value
-            step[i] += left * residual
-            for j in range(size):
-                matrix[i, j] += left * slopes[free[j]] / value
+            value = noise + one + two
+            time = k + 0.5
+            slopes[0] = noise / value
+            slopes[1] = one / value
+            slopes[2] = -fast * time * slopes[1]
+            slopes[3] = two / value
+            slopes[4] = -slow * time * slopes[3]
+            residual = means[k] / value - 1.0
+            total += np.log(value) + residual
+            for i in range(size):
+                left = slopes[free[i]]
+                vector[i] += left * residual
+                for j in range(i + 1):
+                    matrix[i, j] += left * slopes[free[j]]
+        one *= keep_one
+        two *= keep_two
     for i in range(size):
-        matrix[i, i] *= 1.0 + 1e-9
-        matrix[i, i] += 1e-12
-    return solve(matrix, step, size)
+        matrix[i, i] = matrix[i, i] * (1.0 + 1e-9) + 1e-12
+        for j in range(i):
+            matrix[j, i] = matrix[i, j]
+    return 2.0 * total
 
 
 @njit(cache=True)
 def improve(theta, means, used, first, count, free):
     """Iterate Fisher scoring in place with step halving; return the deviance."""
-    step = np.zeros(PARAMETERS)
-    trial = theta.copy()
-    best = deviance(theta, means, used, first, count)
+    matrix = np.zeros((PARAMETERS, PARAMETERS))
+    step, size = np.zeros(PARAMETERS), len(free)
+    kept = theta.copy()
+    best = score(theta, means, used, first, count, free, matrix, step)
     for _ in range(30):
-        if not score_step(theta, means, used, first, count, free, step):
+        if not solve(matrix, step, size):
             break
         largest = 0.0
-        for i in range(len(free)):
+        for i in range(size):
             largest = max(largest, abs(step[i]))
-        scale = min(1.0, 1.5 / largest) if largest > 0 else 1.0
-        moved, value = False, best
+        scale = min(1.0, 1.5 / largest) if largest > 0.0 else 1.0
+        moves = step.copy()
+        value = np.inf
         for _half in range(8):
-            for i in range(len(free)):
-                trial[free[i]] = theta[free[i]] + scale * step[i]
-            value = deviance(trial, means, used, first, count)
+            for i in range(size):
+                theta[free[i]] = kept[free[i]] + scale * moves[i]
+            value = score(theta, means, used, first, count, free, matrix, step)
             if value <= best:
-                moved = True
                 break
             scale *= 0.5
-        if not moved:
+        if not value <= best:
+            theta[:] = kept
             break
-        for i in range(len(free)):
-            theta[free[i]] = trial[free[i]]
-        gain = best - value
-        best = value
+        gain, best = best - value, value
+        kept[:] = theta
         if gain < 1e-8 * count:
             break
     return best

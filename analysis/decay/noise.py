@@ -17,6 +17,12 @@ BLOCKS = 96
 """Blocks of the window that holds the decay and as much noise again."""
 MOST_EVENTS = 6
 """More outlying blocks than this are a pattern (flutter), not events."""
+LEAST_BLOCKS = 8
+"""Fewer blocks than this cannot be fitted."""
+FEW_BLOCKS = 14
+"""To have this many, blocks of a narrow band may hold fewer degrees of freedom."""
+LEAST_FREEDOM = 8.0
+"""Degrees of freedom that a block of a narrow band must hold."""
 WITH_NOISE, WITHOUT_NOISE = np.arange(3), np.arange(1, 3)
 
 
@@ -28,25 +34,31 @@ class NoiseFit:
     ----------
     count : int
         Number of blocks.
+    density : float
+        Degrees of freedom of the squares per sample: 1 of a white response.
     """
 
     count: int
+    density: float = 1.0
     width: int = 1
     first: int = 1
     noise: float = 0.0
     knee: int = 0
     decays: bool = False
-    patterned: bool = False
     means: FloatArray = field(init=False)
     ratio: FloatArray = field(init=False)
     used: NDArray[np.bool_] = field(init=False)
     theta: FloatArray = field(init=False)
 
     def __post_init__(self) -> None:
-        self.means = np.empty(max(self.count, 8))
-        self.ratio = np.zeros(max(self.count, 8))
-        self.used = np.ones(max(self.count, 8), dtype=np.bool_)
+        self.means, self.ratio = np.zeros((2, max(self.count, LEAST_BLOCKS)))
+        self.used = np.ones(max(self.count, LEAST_BLOCKS), dtype=np.bool_)
         self.theta = np.full(PARAMETERS, NOTHING)
+
+    @property
+    def narrowest(self) -> float:
+        """Samples that a block must hold at least."""
+        return narrowest_block(self.density)
 
     @property
     def events(self) -> int:
@@ -60,20 +72,18 @@ class NoiseFit:
 
     def run(self, energy: FloatArray, start: int, stop: int) -> bool:
         """Fit; return False if the blocks are too narrow for what is in them."""
-        self.width, self.knee, self.noise = blocks.zoom(
-            energy, start, stop, self.count, self.means
+        self.width, self.knee, self.noise, empty = blocks.zoom(
+            energy, start, stop, self.count, self.narrowest, self.means
         )
-        if self.count > 8 and blocks.empty_blocks(self.means, self.count) > 1:
+        if self.count > LEAST_BLOCKS and empty > 1:
             return False
         self._trim_end()
-        self.first = blocks.first_block(self.means, self.knee, self.noise)
-        self.decays = blocks.guess(
-            self.means, self.first, self.knee, self.noise, self.theta
+        self.first, self.decays = blocks.begin(
+            self.means, self.used, self.count, self.knee, self.noise, self.theta
         )
         if self.decays:
-            blocks.mark_isolated(self.means, self.used, self.first, self.count)
             self._fit()
-        return self.events <= MOST_EVENTS or self.count <= 16
+        return self.count <= 16 or self.events <= MOST_EVENTS
 
     def _trim_end(self) -> None:
         means = self.means
@@ -87,39 +97,35 @@ class NoiseFit:
 
     def _fit(self) -> None:
         free, best = self._drop_noise(self._improve(self.theta, WITH_NOISE))
-        spread = self._judge()
-        if self._mark(spread):
-            best = self._improve(self.theta, free)
-            spread = self._judge()
-        if self.patterned and self.count - self.first >= 20:
+        spread, patterned, found = self._judge()
+        for _ in range(2):
+            if found:
+                best = self._improve(self.theta, free)
+                spread, patterned, found = self._judge()
+        if patterned and self.count - self.first >= 20:
             self._add_slope(free[0], spread, best)
             if self.theta[3] > NOTHING:
                 free = np.arange(free[0], PARAMETERS)
                 self.used[self.first : self.count] = True
-                spread = self._judge()
+                found = self._judge()[2]
         for _ in range(2):
-            if not self._mark(spread):
-                break
-            self._improve(self.theta, free)
-            spread = self._judge()
+            if found:
+                self._improve(self.theta, free)
+                found = self._judge()[2]
 
     def _improve(self, theta: FloatArray, free: NDArray[np.int64]) -> float:
         return improve(theta, self.means, self.used, self.first, self.count, free)
 
-    def _judge(self) -> float:
-        spread, self.patterned = blocks.residuals(
+    def _judge(self) -> tuple[float, bool, int]:
+        return blocks.judge(
             self.theta,
             self.means,
             self.used,
             self.first,
             self.count,
-            self.width,
+            self.width * self.density,
             self.ratio,
         )
-        return spread
-
-    def _mark(self, spread: float) -> int:
-        return blocks.mark_events(self.ratio, self.used, self.first, self.count, spread)
 
     def _drop_noise(self, best: float) -> tuple[NDArray[np.int64], float]:
         """Leave the noise out where the blocks do not ask for it."""
@@ -128,22 +134,35 @@ class NoiseFit:
         trial = self.theta.copy()
         trial[0] = NOTHING
         value = self._improve(trial, WITHOUT_NOISE)
-        if value > best + 8.0 / self.width:
+        if value > best + 8.0 / (self.width * self.density):
             return WITH_NOISE, best
         self.theta = trial
         return WITHOUT_NOISE, value
 
-    def _add_slope(self, lowest: int, spread: float, best: float) -> None:
-        """Add a second decay where it explains the blocks clearly better."""
-        theta, free = self.theta, np.arange(lowest, PARAMETERS)
+    def _two_slopes(self) -> list[FloatArray]:
+        """Return first guesses: the decay found and a slower, or a faster one."""
+        theta = self.theta
         end = level_at(theta, float(self.count)) + math.exp(theta[0])
-        kept, chosen = theta, best
+        guesses = []
         for ratio in (2.5, 6.0):
             trial = theta.copy()
             trial[2] = theta[2] + 0.1
             trial[4] = theta[2] - math.log(ratio)
             trial[3] = math.log(0.5 * end) + math.exp(trial[4]) * 0.5 * self.count
             trial[0] = theta[0] + math.log(0.7)
+            guesses.append(trial)
+        trial = theta.copy()
+        trial[3:] = theta[1:3]
+        trial[2] = theta[2] + math.log(3.0)
+        start = math.log(self.means[self.first] + 1e-300)
+        trial[1] = start + math.exp(trial[2]) * (self.first + 0.5)
+        return [*guesses, trial]
+
+    def _add_slope(self, lowest: int, spread: float, best: float) -> None:
+        """Add a second decay where it explains the blocks clearly better."""
+        free = np.arange(lowest, PARAMETERS)
+        kept, chosen = self.theta, best
+        for trial in self._two_slopes():
             value = self._improve(trial, free)
             if trial[4] > trial[2]:
                 trial[[1, 2, 3, 4]] = trial[[3, 4, 1, 2]]
@@ -154,19 +173,27 @@ class NoiseFit:
         self.theta = kept
 
 
-def fit_decay(energy: FloatArray, start: int, stop: int) -> NoiseFit:
+def narrowest_block(density: float) -> float:
+    """Return how many samples a block must hold at least."""
+    return 2.0 if density == 1.0 else LEAST_FREEDOM / density
+
+
+def fit_decay(
+    energy: FloatArray, start: int, stop: int, density: float = 1.0
+) -> NoiseFit:
     """Fit decays and noise to squared samples from the direct sound on.
 
     Blocks are widened until they are neither empty nor alternate, as those of a
     flutter echo do.
     """
-    count = min(BLOCKS, (stop - start) // 2)
-    fit = NoiseFit(count)
-    while count >= 8:
-        fit = NoiseFit(count)
+    count = int((stop - start) / narrowest_block(density))
+    if count < FEW_BLOCKS:
+        count = min(FEW_BLOCKS, int((stop - start) * density / 3.0))
+    count = min(BLOCKS, count)
+    fit = NoiseFit(count, density)
+    while count >= LEAST_BLOCKS:
         if fit.run(energy, start, stop):
             return fit
-        count = count // 2 if count > 8 else 0
-        count = max(count, 8) if count else 0
-    fit.decays = False
+        count = max(count // 2, LEAST_BLOCKS) if count > LEAST_BLOCKS else 0
+        fit = NoiseFit(count, density)
     return fit

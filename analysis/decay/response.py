@@ -8,7 +8,7 @@ from analysis.decay.answer import C50, C80, D50, DRR, EDT, ONSET, TS, Answer, An
 from analysis.decay.curve import direct_end, soften
 from analysis.decay.lines import LEAST_RANGE, DecayCurve, read_ratio, read_times
 from analysis.decay.model import level_at
-from analysis.decay.noise import NoiseFit, fit_decay
+from analysis.decay.noise import LEAST_BLOCKS, NoiseFit, fit_decay
 from analysis.decay.scan import find_first, inspect, largest, locate, skip_click, square
 
 __all__ = ["analyse_responses", "prepare", "sample_at"]
@@ -41,7 +41,7 @@ def analyse_response(
     samples: FloatArray, rate: float, energy: FloatArray, answer: Answer
 ) -> None:
     """Fill the answer on one response; `energy` is room for its squares."""
-    if not prepare(samples, energy, answer):
+    if prepare(samples, energy, answer) is None:
         return
     onset, stop, pulses = locate(energy)
     if pulses < FEW_PULSES and (pulses == 1 or stop - onset >= 2 * pulses):
@@ -50,7 +50,7 @@ def analyse_response(
     onset, fit = find_decay(energy, onset, stop, rate, answer)
     answer.facts[ONSET] = onset / rate
     if not fit.decays:
-        reason = words.SHORT_RECORD if fit.count < 8 else words.UNDER_NOISE
+        reason = words.SHORT_RECORD if fit.count < LEAST_BLOCKS else words.UNDER_NOISE
         answer.refuse(reason, words.NO_DECAY)
         return
     soften_events(energy, onset, stop, fit, answer)
@@ -62,15 +62,20 @@ def analyse_response(
     _read_energies(curve, onset, stop, rate, answer)
 
 
-def prepare(samples: FloatArray, energy: FloatArray, answer: Answer) -> bool:
-    """Fill `energy` with squares re the peak, offset removed; False if hopeless."""
+def prepare(
+    samples: FloatArray, energy: FloatArray, answer: Answer
+) -> tuple[float, float] | None:
+    """Fill `energy` with squares re the peak, offset removed.
+
+    Returns offset and peak, or None if there is nothing to analyse.
+    """
     finite, low, high, clipped, offset = inspect(samples)
     if not finite:
         answer.refuse(words.NOT_FINITE, words.NON_FINITE)
-        return False
+        return None
     if low == 0.0 and high == 0.0:
         answer.refuse(words.ALL_ZERO, words.SILENT)
-        return False
+        return None
     peak = max(high - offset, offset - low)
     if clipped:
         answer.flag(words.CLIPPED)
@@ -78,9 +83,9 @@ def prepare(samples: FloatArray, energy: FloatArray, answer: Answer) -> bool:
         answer.flag(words.DC_OFFSET)
         if peak <= 1e-9 * max(high, -low):
             answer.refuse(words.ALL_CONSTANT, words.SILENT)
-            return False
+            return None
     square(samples, offset, peak, energy)
-    return True
+    return offset, peak
 
 
 def find_decay(

@@ -59,7 +59,7 @@ REASONS = (
     "the energy behind the split lies under the noise",
     "no decay stands out of the noise",
     "the response is too short",
-    "bandwidth times reverberation time is below 16",
+    "bandwidth times reverberation time is below 12.5",
     "the band reaches beyond half the sample rate",
 )
 """Why a value is NaN, by code."""

@@ -1,0 +1,344 @@
+"""Bands of several responses at once: one transform, narrow envelopes, gated splits."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.bank import Band, cached_weights, cached_window
+from analysis.decay import words
+from analysis.decay.answer import (
+    C50,
+    C80,
+    D50,
+    DRR,
+    EDT,
+    LATE,
+    ONSET,
+    T30,
+    TS,
+    Answer,
+    Answers,
+)
+from analysis.decay.curve import direct_end, envelope_energy
+from analysis.decay.lines import LEAST_RANGE, DecayCurve, read_ratio, read_times
+from analysis.decay.noise import fit_decay
+from analysis.decay.response import DIRECT_REACH, find_decay, prepare, sample_at
+from analysis.decay.scan import find_stop, largest, locate
+
+__all__ = ["analyse_bands"]
+
+FloatArray = NDArray[np.float64]
+
+SAFE_PRODUCT = 16.0
+"""Below this bandwidth times reverberation time, times are doubtful and flagged."""
+LEAST_PRODUCT = 12.5
+"""Below this, found on a value that scatters itself, the filter decays slower."""
+LEAD = 0.6
+"""The band's energy is summed from this many 1/B before the direct sound."""
+RINGING = 1.5
+"""Room left around a response for the narrowest band to ring in [1/B]."""
+WINDOW_FLOOR = 3e-8
+"""Below this share of the peak, an envelope shows the window's own ripple."""
+CHUNK = 4
+"""Responses transformed at once; more leave the cache."""
+CURVE_POINTS = 640
+"""Points of a band's curve; its own scatter is wider than their steps."""
+SPLIT_NAMES = (C50, C80, DRR)
+POINTS = 2048
+"""A band's envelope has at least as many samples."""
+
+
+@dataclass(frozen=True)
+class Located:
+    """A response from its direct sound to its end, or why there is none.
+
+    Parameters
+    ----------
+    samples : ndarray, shape (n,)
+        From the direct sound on, offset removed, re the peak; empty if refused.
+    direct : int
+        End of the direct sound [samples].
+    late_time : float
+        Reverberation time of the full band's end [s].
+    answers : Answers
+        One row: the flags of the full band, and the reasons if refused.
+    """
+
+    samples: FloatArray
+    direct: int
+    late_time: float
+    answers: Answers
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where the responses of a chunk stand in their transform."""
+
+    rate: float
+    lead: int
+    length: int
+
+    def envelope_size(self, bins: int) -> int:
+        """Return the samples of an envelope of some bins."""
+        return fast_length(max(bins, min(2 * bins, POINTS)))
+
+
+def analyse_bands(
+    rows: FloatArray, rate: float, bands: tuple[Band, ...], answers: Answers
+) -> None:
+    """Fill the answers on every band of every response, bands last."""
+    energy = np.empty(rows.shape[-1])
+    for first in range(0, len(rows), CHUNK):
+        located = [locate_response(row, rate, energy) for row in rows[first:][:CHUNK]]
+        _copy_flags(located, first, len(bands), answers)
+        known = [k for k, place in enumerate(located) if len(place.samples)]
+        if known:
+            targets = [
+                [answers.row((first + k) * len(bands) + b) for b in range(len(bands))]
+                for k in known
+            ]
+            analyse_chunk([located[k] for k in known], rate, bands, targets)
+
+
+def locate_response(samples: FloatArray, rate: float, energy: FloatArray) -> Located:
+    """Return a response from its direct sound on."""
+    nothing = np.empty(0)
+    answers = Answers.empty(1)
+    answer = answers.row(0)
+    scale = prepare(samples, energy, answer)
+    if scale is None:
+        return Located(nothing, 0, np.nan, answers)
+    onset, stop, _pulses = locate(energy)
+    onset, fit = find_decay(energy, onset, stop, rate, answer)
+    answer.facts[ONSET] = onset / rate
+    if not fit.decays:
+        answer.refuse(words.UNDER_NOISE, words.NO_DECAY)
+        return Located(nothing, 0, np.nan, answers)
+    offset, peak = scale
+    kept = (samples[onset:stop] - offset) / peak
+    direct = direct_end(energy, onset, stop, sample_at(DIRECT_REACH, rate)) - onset
+    slow = np.nanmin(fit.theta[[2, 4]][np.isfinite(fit.theta[[2, 4]])])
+    late = 6.0 * np.log(10.0) / np.exp(slow) * fit.width / rate
+    return Located(kept, direct, float(late), answers)
+
+
+def _copy_flags(
+    located: list[Located], first: int, n_bands: int, answers: Answers
+) -> None:
+    for k, place in enumerate(located):
+        rows = slice((first + k) * n_bands, (first + k + 1) * n_bands)
+        answers.flags[rows] = place.answers.flags[0]
+        answers.reasons[rows] = place.answers.reasons[0]
+        answers.facts[rows, ONSET] = place.answers.facts[0, ONSET]
+
+
+def analyse_chunk(
+    located: list[Located],
+    rate: float,
+    bands: tuple[Band, ...],
+    targets: list[list[Answer]],
+) -> None:
+    """Fill the answers on the bands of a few located responses."""
+    narrowest = min(band.width for band in bands)
+    lead = int(RINGING / narrowest * rate) + 1
+    longest = max(len(place.samples) for place in located)
+    length = fast_length(longest + 6 * lead)
+    layout = Layout(rate, lead, length)
+    padded = np.zeros((len(located), length), dtype=np.float32)
+    for row, place in zip(padded, located, strict=True):
+        row[lead : lead + len(place.samples)] = place.samples
+    spectra = transform(padded)
+    gates = gated_energies(located, rate, bands)
+    for number, band in enumerate(bands):
+        if band.upper > 0.5 * rate:
+            for target in targets:
+                target[number].refuse(words.BAND_OUTSIDE)
+            continue
+        envelopes = band_envelopes(spectra, band, layout)
+        for row, place in enumerate(located):
+            target = targets[row][number]
+            curve = read_band(envelopes[row], place, band, layout, target)
+            if curve is not None:
+                read_splits(curve, gates, row, number, layout, target)
+
+
+def band_envelopes(
+    spectra: NDArray[np.complex64], band: Band, layout: Layout
+) -> FloatArray:
+    """Return squared envelopes whose sum is the band's energy."""
+    from scipy.fft import ifft
+
+    first, window = cached_window(band, layout.rate, layout.length)
+    size = layout.envelope_size(len(window))
+    part = np.zeros((len(spectra), size), dtype=np.complex64)
+    bins = slice(first, first + len(window))
+    np.multiply(spectra[:, bins], window, out=part[:, : len(window)])
+    envelope = np.asarray(ifft(part, overwrite_x=True))
+    return envelope_energy(envelope, 2.0 * size / layout.length)
+
+
+@dataclass(frozen=True)
+class Gates:
+    """Band energies of responses cut at the splits first and filtered afterwards.
+
+    Parameters
+    ----------
+    lengths : ndarray, shape (responses, splits)
+        Where each response is cut [samples].
+    reach : int
+        The late energies end this many samples behind the cut.
+    early, late : ndarray, shape (responses, splits, bands)
+        Energy of what comes before the cut; of what comes from the cut on, as far as
+        it sounds before the reach.
+    """
+
+    lengths: NDArray[np.int64]
+    reach: int
+    early: FloatArray
+    late: FloatArray
+
+
+def gated_energies(
+    located: list[Located], rate: float, bands: tuple[Band, ...]
+) -> Gates:
+    """Return the band energies on both sides of each split.
+
+    Behind the reach the ringing of the early part is over, and the band's own decay
+    curve goes on from there.
+    """
+    narrowest = min(band.width for band in bands)
+    reach = int(RINGING / narrowest * rate) + 1
+    fixed = [sample_at(0.05, rate), sample_at(0.08, rate)]
+    lengths = np.array([[*fixed, place.direct] for place in located])
+    size = fast_length(int(lengths.max()) + 2 * reach)
+    shape = (len(located), len(fixed) + 1)
+    early = np.zeros((*shape, size), dtype=np.float32)
+    late = np.zeros((*shape, fast_length(4 * reach)), dtype=np.float32)
+    for row, place in enumerate(located):
+        for split, cut in enumerate(lengths[row]):
+            kept = place.samples[:cut]
+            early[row, split, : len(kept)] = kept
+            kept = place.samples[cut : cut + 2 * reach]
+            late[row, split, reach : reach + len(kept)] = kept
+    return Gates(
+        lengths,
+        reach,
+        _energies_of(early, rate, bands),
+        _energies_before(late, rate, bands, 2 * reach),
+    )
+
+
+def _energies_of(
+    pieces: NDArray[np.float32], rate: float, bands: tuple[Band, ...]
+) -> FloatArray:
+    spectra = transform(pieces)
+    power = spectra.real**2 + spectra.imag**2
+    return power[..., 1:] @ cached_weights(bands, rate, pieces.shape[-1])
+
+
+def _energies_before(
+    pieces: NDArray[np.float32], rate: float, bands: tuple[Band, ...], stop: int
+) -> FloatArray:
+    rows, splits, size = pieces.shape
+    spectra = transform(pieces).reshape(rows * splits, -1)
+    energies = np.empty((rows * splits, len(bands)))
+    layout = Layout(rate, 0, size)
+    for number, band in enumerate(bands):
+        envelopes = band_envelopes(spectra, band, layout)
+        exact = stop * envelopes.shape[-1] / size
+        last = int(exact)
+        energies[:, number] = envelopes[:, :last].sum(axis=-1)
+        energies[:, number] += (exact - last) * envelopes[:, last]
+    return energies.reshape(rows, splits, len(bands))
+
+
+def transform(samples: NDArray[np.float32]) -> NDArray[np.complex64]:
+    """Return the spectra of real samples in single precision.
+
+    Its rounding lies 140 dB under the response, where no band is read.
+    """
+    from scipy.fft import rfft
+
+    return np.asarray(rfft(samples, overwrite_x=True), dtype=np.complex64)
+
+
+def fast_length(count: int) -> int:
+    """Return a length from `count` on that transforms fast."""
+    from scipy.fft import next_fast_len
+
+    length: Any = next_fast_len(count, real=True)
+    return int(length)
+
+
+def read_band(
+    energy: FloatArray, place: Located, band: Band, layout: Layout, answer: Answer
+) -> DecayCurve | None:
+    """Fill times and centre time of one band of one response; return its curve."""
+    slower = len(energy) / layout.length
+    rate = layout.rate * slower
+    exact = layout.lead * slower
+    onset = int(exact + 0.5)
+    lead = LEAD / band.width * rate
+    stop = int((layout.lead + len(place.samples)) * slower - 0.5 * lead)
+    stop = find_stop(energy[:stop], WINDOW_FLOOR * largest(energy, 0, stop))
+    fit = fit_decay(energy, onset, stop, 2.0 * band.width / rate)
+    if not fit.decays:
+        answer.refuse(words.UNDER_NOISE, words.NO_DECAY)
+        if place.late_time * band.width < SAFE_PRODUCT:
+            answer.refuse(words.BANDWIDTH_SHORT, words.SHORT_BT)
+        return None
+    start = max(int(exact - lead), 0)
+    curve = DecayCurve.of(energy, onset, start, stop, fit, CURVE_POINTS)
+    if curve.floor > -LEAST_RANGE:
+        answer.refuse(words.RANGE_SHORT, words.LOW_RANGE)
+        return None
+    skipped = (exact - curve.start, exact - curve.start + lead)
+    read_times(curve, rate, answer, skipped)
+    _refuse_short(band, answer)
+    answer.values[TS] = (curve.centre(onset) + onset - exact) / rate
+    return curve
+
+
+def _refuse_short(band: Band, answer: Answer) -> None:
+    times = answer.values[EDT : T30 + 1]
+    known = [time for time in (times[2], times[1], answer.facts[LATE]) if time > 0.0]
+    product = band.width * known[0]
+    if product < SAFE_PRODUCT:
+        answer.flag(words.SHORT_BT)
+    if product < LEAST_PRODUCT:
+        times[:] = np.nan
+        answer.reasons[EDT : T30 + 1] = words.BANDWIDTH_SHORT
+    elif times[0] * band.width < LEAST_PRODUCT:
+        times[0] = np.nan
+        answer.reasons[EDT] = words.BANDWIDTH_SHORT
+
+
+def read_splits(
+    curve: DecayCurve,
+    gates: Gates,
+    row: int,
+    number: int,
+    layout: Layout,
+    answer: Answer,
+) -> None:
+    """Fill the ratios of gated energies, freed from the noise."""
+    slower = len(curve.energy) / layout.length
+    onset = int(layout.lead * slower + 0.5)
+    lengths = gates.lengths[row].tolist()
+    sides = zip(gates.early[row, :, number], gates.late[row, :, number], strict=True)
+    for name, cut, (before, behind) in zip(SPLIT_NAMES, lengths, sides, strict=True):
+        early = float(before) - curve.noise * cut * slower
+        end = int((layout.lead + cut + gates.reach) * slower)
+        if end < curve.end:
+            late = float(behind) - curve.noise * gates.reach * slower
+            late += curve.after(end, onset)
+        else:
+            late = curve.after(int((layout.lead + cut) * slower + 0.5), onset)
+        if early <= 0.0:
+            answer.reasons[name] = words.LATE_BURIED
+            continue
+        read_ratio(early + late, late, curve.tail, name, answer)
+        if name == C50:
+            answer.values[D50] = min(max(early / (early + late), 0.0), 1.0)
