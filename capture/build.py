@@ -13,11 +13,13 @@ from capture.folder import SessionFolder, file_sha256
 from capture.journal import read_journal
 from capture.plan import Measure, build_plan
 from capture.state import SessionState, TakeState
-from rir import DatasetWriter, GainPattern, SessionError, SignalError
+from rir import DatasetWriter, GainPattern, Poses, SessionError, SignalError
 
 __all__ = ["build_dataset", "lost_takes"]
 
 log = logging.getLogger(__name__)
+
+BLOCK = 32
 
 
 def build_dataset(folder: SessionFolder) -> Path:
@@ -48,9 +50,50 @@ def build_dataset(folder: SessionFolder) -> Path:
         raise SessionError(f"{folder.path} has no good take yet; run the session first")
     examiner = Examiner(config)
     with _writer(folder, config, examiner, state) as writer:
+        rows = Rows(writer)
         for measure, take in takes:
-            _append(writer, folder, examiner, state, measure, take)
+            _append(rows, folder, examiner, state, measure, take)
+        rows.flush()
     return folder.dataset_path
+
+
+class Rows:
+    """Rows on their way into a data set, written in blocks."""
+
+    def __init__(self, writer: DatasetWriter) -> None:
+        self._writer = writer
+        self._waiting: list[tuple[Any, Poses, Poses, dict[str, Any]]] = []
+
+    def add(
+        self, responses: Any, emitters: Poses, listeners: Poses, columns: dict[str, Any]
+    ) -> None:
+        """Take some rows; every column has one value per row."""
+        self._waiting.append((responses, emitters, listeners, columns))
+        if len(self._waiting) >= BLOCK:
+            self.flush()
+
+    def flush(self) -> None:
+        """Write what is waiting."""
+        if not self._waiting:
+            return
+        responses, emitters, listeners, columns = zip(*self._waiting, strict=True)
+        self._waiting = []
+        poses = [
+            Poses(
+                np.concatenate([some.positions for some in ends]),
+                np.concatenate([some.orientations for some in ends]),
+            )
+            for ends in (emitters, listeners)
+        ]
+        self._writer.append(
+            np.concatenate(responses),
+            poses[0],
+            poses[1],
+            {
+                name: np.concatenate([column[name] for column in columns])
+                for name in columns[0]
+            },
+        )
 
 
 def _usable_takes(
@@ -121,7 +164,7 @@ def _writer(
 
 
 def _append(
-    writer: DatasetWriter,
+    rows: Rows,
     folder: SessionFolder,
     examiner: Examiner,
     state: SessionState,
@@ -136,13 +179,15 @@ def _append(
         return
     response = examiner.respond(samples, started).response
     emitter, listeners = take_poses(examiner.config, started)
-    writer.append(
+    count = len(listeners)
+    columns = _columns(examiner.config, measure, take, started)
+    rows.add(
         response,
-        emitter,
-        listeners,
+        Poses.of([emitter] * count),
+        Poses.of(listeners),
         {
-            "channel": np.arange(len(listeners)),
-            **_columns(examiner.config, measure, take, started),
+            "channel": np.arange(count),
+            **{name: np.full(count, value) for name, value in columns.items()},
         },
     )
 

@@ -173,10 +173,10 @@ class Journal:
                 f"cannot write {self.path}: {error.strerror}; "
                 "free some space and run again, the session resumes"
             ) from error
-        self.text.events.append(plain(event))
 
     def __iter__(self) -> Iterator[Event]:
-        return iter(list(self.text.events))
+        """Go through the events that were there when the journal was opened."""
+        return iter(self.text.events)
 
     def close(self) -> None:
         """Release the file."""

@@ -58,7 +58,9 @@ class SessionState:
         elif kind == "take_started":
             self.started[event["take"]] = event
         elif kind == "take_finished":
-            take = TakeState(event["take"], event["key"], event["take_no"], event)
+            # Figures stay in the journal: a week of them would fill the memory.
+            kept = {key: value for key, value in event.items() if key != "figures"}
+            take = TakeState(event["take"], event["key"], event["take_no"], kept)
             self.takes[take.name] = take
         elif kind == "take_dropped":
             self.takes.pop(event["take"], None)

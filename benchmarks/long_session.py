@@ -1,0 +1,93 @@
+"""Measure memory and speed of a long simulated session, its clock running free.
+
+The figure of speed is the time the takes themselves would last over the processor
+time of everything: simulation, raw files, checks, pair verdicts and data set.
+"""
+
+import argparse
+import json
+import os
+import resource
+import shutil
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.console import Console
+
+from capture.display import PlainDisplay
+from capture.folder import SessionFolder
+from capture.journal import Event
+from capture.plan import build_plan
+from capture.running import run_session
+from capture.starting import Request, plan_session
+
+
+class Meter(PlainDisplay):
+    """Note the memory in use as takes are finished."""
+
+    def __init__(self, console: Console) -> None:
+        super().__init__(console, simulated=True)
+        self.megabytes: list[float] = []
+
+    def show(self, event: Event) -> None:
+        """Look at the memory after each take."""
+        super().show(event)
+        if event["event"] == "take_finished":
+            self.megabytes.append(resident_megabytes())
+
+
+def resident_megabytes() -> float:
+    """Return the memory of this process that is in use now."""
+    statm = Path("/proc/self/statm")
+    if not statm.exists():
+        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    pages = int(statm.read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 2**20
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the session, print the table, write the result."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--pairs", type=int, default=500)
+    parser.add_argument("--quick", action="store_true", help="8 pairs")
+    parser.add_argument("--out", type=Path, default=Path("results/long_session.json"))
+    options = parser.parse_args(argv)
+    pairs = 8 if options.quick else options.pairs
+    settings = {"simulation": {"noise_db": -60.0, "placement_mm": 3.0}}
+    config = plan_session(Request("kitchen", str(pairs), settings=settings))
+    place = Path(tempfile.mkdtemp())
+    try:
+        with Path(os.devnull).open("w") as nowhere:
+            meter = Meter(Console(file=nowhere))
+            begun = time.process_time()
+            path = run_session(SessionFolder(place / "long"), config, meter)
+            cpu = time.process_time() - begun
+        size = path.stat().st_size / 2**20
+    finally:
+        shutil.rmtree(place)
+    plan = build_plan(config)
+    takes = sum(step.takes for step in plan.measures)
+    early = meter.megabytes[: max(1, takes // 10)]
+    late = meter.megabytes[-max(1, takes // 10) :]
+    result = {
+        "takes": takes,
+        "cpu_s": cpu,
+        "cpu_per_take_s": cpu / takes,
+        "times_real_time": takes * plan.take_s / cpu,
+        "early_mb": max(early),
+        "late_mb": max(late),
+        "growth_mb": max(late) - max(early),
+        "dataset_mb": size,
+    }
+    options.out.parent.mkdir(parents=True, exist_ok=True)
+    options.out.write_text(json.dumps(result, indent=1))
+    for name, value in result.items():
+        print(f"{name:18s} {value:10.2f}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
