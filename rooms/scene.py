@@ -13,6 +13,7 @@ from rir.errors import SceneError
 from rir.physics import octave_centers
 from rir.room import WALLS, Air
 from rooms.geometry import Geometry, Shoebox
+from rooms.hardware import Hardware
 
 __all__ = ["Scene"]
 
@@ -81,6 +82,10 @@ class Scene:
         Amplitude gains in the device frames.
     name : str
         Shown in reports.
+    hardware : Hardware, optional
+        A measuring chain that responses pass through at the end.
+    emitter_speed : float
+        How fast the emitter moves [m/s]; judged by the planner.
 
     Examples
     --------
@@ -98,6 +103,8 @@ class Scene:
     emitter_gain: GainPattern = field(default_factory=GainPattern.omni)
     listener_gain: GainPattern = field(default_factory=GainPattern.omni)
     name: str = "scene"
+    hardware: Hardware | None = None
+    emitter_speed: float = 0.0
 
     def __post_init__(self) -> None:
         if np.any(self.transmission > self.absorption + 1e-12):
@@ -116,6 +123,7 @@ class Scene:
         emitter_gain: GainPattern | None = None,
         listener_gain: GainPattern | None = None,
         name: str = "shoebox",
+        **changes: Any,
     ) -> "Scene":
         """Return a box-shaped scene.
 
@@ -131,6 +139,8 @@ class Scene:
             Omnidirectional when left out.
         name : str
             Shown in reports.
+        **changes
+            Any further field of `Scene`.
         """
         return Scene(
             Shoebox(np.asarray(size, dtype=float)),
@@ -141,6 +151,7 @@ class Scene:
             emitter_gain=emitter_gain or GainPattern.omni(),
             listener_gain=listener_gain or GainPattern.omni(),
             name=name,
+            **changes,
         )
 
     @staticmethod

@@ -3,6 +3,7 @@
 Effects describe; nothing is computed sample by sample before `rooms.synthesis`.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -148,6 +149,7 @@ class Sound:
     waves: Waves | None = None
     arrivals: list[Arrivals] = field(default_factory=list)
     traced: Any = None
+    finishers: list[Callable[[FloatArray], FloatArray]] = field(default_factory=list)
 
     @property
     def reflection(self) -> FloatArray:

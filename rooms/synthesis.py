@@ -55,6 +55,8 @@ def render(sound: Sound, threads: int = 1, out: FloatArray | None = None) -> Flo
     else:
         with ThreadPoolExecutor(threads) as pool:
             list(pool.map(work, shares))
+    for finish in sound.finishers:
+        out[:] = finish(out)
     return out
 
 

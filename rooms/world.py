@@ -18,6 +18,10 @@ __all__ = ["AnyWorld", "MeasuredWorld", "World"]
 FloatArray = NDArray[np.float64]
 
 
+_EFFECTS = ("patterns", "scattering", "air", "direct", "specular", "late")
+"""A box needs these and no others; none is left off, however small."""
+
+
 class AnyWorld(Protocol):
     """What simulated devices need to know of a world."""
 
@@ -131,7 +135,7 @@ class World(_Places):
         )
         self.set_air(temperature_c=temperature_c)
         self.plan = plan_effects(
-            self.scene, sample_rate=sample_rate, duration=duration, everything=True
+            self.scene, sample_rate=sample_rate, duration=duration, only=_EFFECTS
         )
 
     @property

@@ -9,6 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from rir.physics import REFERENCE_TEMPERATURE_C, speed_of_sound
 from rooms.effects import scattering
 from rooms.effects.effect import Effect, Tolerance, Verdict, judged
 from rooms.effects.handover import flow_energy, missing_energy
@@ -60,11 +61,14 @@ def apply(scene: Scene, sound: Sound) -> None:
     energy, step = (flow_energy if boxed else traced_energy)(scene, sound)
     if not np.any(energy):
         return
-    across = float(np.linalg.norm(scene.geometry.size)) / scene.speed_of_sound
+    # Paths are drawn by length: in warmer air the same waves arrive sooner.
+    sooner = speed_of_sound(REFERENCE_TEMPERATURE_C) / scene.speed_of_sound
+    across = float(np.linalg.norm(scene.geometry.size)) / scene.speed_of_sound / sooner
     spacing = 1 / (_WAVES_PER_SAMPLE * budget.sample_rate)
-    count = int(np.ceil((budget.duration + 2 * across) / spacing))
+    count = int(np.ceil((budget.duration / min(sooner, 1) + 2 * across) / spacing))
     time, one, other, sign = _draw(budget.seed, count, spacing, -across)
-    amplitude = np.sqrt(energy * spacing / 2)
+    time = sooner * time
+    amplitude = np.sqrt(energy * spacing * sooner / 2)
     center = scene.geometry.center
     sound.waves = Waves(time, one, other, sign, amplitude, step, center)
 

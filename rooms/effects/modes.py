@@ -1,0 +1,93 @@
+"""Low-frequency modes: the wave equation below a crossover.
+
+In a box the image sources carry the modes themselves (with real reflection
+factors they are the modal sum), so only rooms of other shapes call for a grid.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rooms.effects.effect import Effect, Tolerance, Verdict
+from rooms.geometry import Shoebox
+from rooms.scene import Scene
+from rooms.sound import Budget, Sound
+
+__all__ = ["MODES", "crossover_of"]
+
+FloatArray = NDArray[np.float64]
+_HIGHEST, _LOWEST = 350.0, 60.0
+_CELLS = 400_000
+
+
+def schroeder_frequency(scene: Scene) -> float:
+    """Return 2000 sqrt(T / V) with Eyring's T of the lowest octave [Hz].
+
+    References
+    ----------
+    M. R. Schroeder, JASA 99, 3240 (1996).
+    """
+    decay = min(float(scene.eyring_t60()[0]), 10.0)
+    return 2000 * float(np.sqrt(decay / max(scene.geometry.volume, 1e-6)))
+
+
+def crossover_of(scene: Scene, budget: Budget) -> float:
+    """Return the crossover [Hz]: the Schroeder frequency, within what a grid bears."""
+    bearable = (scene.speed_of_sound / 15) * (
+        _CELLS / max(scene.geometry.volume, 1e-6)
+    ) ** (1 / 3)
+    limits = schroeder_frequency(scene), _HIGHEST, bearable, budget.sample_rate / 5
+    return float(min(limits))
+
+
+def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Verdict:
+    """Judge by how far up single modes stand out."""
+    frequency = schroeder_frequency(scene)
+    if isinstance(scene.geometry, Shoebox):
+        return Verdict(False, "in a box the images carry the modes themselves")
+    if not getattr(scene.geometry, "watertight", False):
+        return Verdict(False, "an open mesh encloses no air to make a grid of")
+    edge = float(scene.bands[0]) / np.sqrt(2)
+    if frequency < edge:
+        why = f"single modes end at {frequency:.0f} Hz, below the lowest octave"
+        return Verdict(False, why)
+    # levels stray by about 5.6 dB where modes do not overlap
+    stray = 5.6 * min(1.0, (frequency - edge) / edge)
+    on = stray > tolerance.level_db and crossover_of(scene, budget) > _LOWEST
+    why = f"single modes stand out up to {frequency:.0f} Hz"
+    return Verdict(on, why, {"level_db": stray}, 0.05)
+
+
+def apply(scene: Scene, sound: Sound) -> None:
+    """Replace what lies below the crossover by the solution on a grid."""
+    crossover = crossover_of(scene, sound.budget)
+    if crossover <= 0 or not np.isfinite(crossover):
+        return
+
+    def finish(responses: FloatArray) -> FloatArray:
+        return _joined(scene, sound, responses, crossover)
+
+    sound.finishers.append(finish)
+
+
+def _joined(
+    scene: Scene, sound: Sound, responses: FloatArray, crossover: float
+) -> FloatArray:
+    """Cross over from the grid to the responses, half an octave wide."""
+    from rooms.wave_grid import WaveGrid
+
+    budget = sound.budget
+    grid = WaveGrid(scene, 1.5 * crossover)
+    duration = budget.duration
+    low = grid.responses(sound.emitter.position, sound.listeners.positions, duration)
+    length = 2 * budget.n_samples
+    f = np.fft.rfftfreq(length, 1 / budget.sample_rate)
+    octaves = np.log2(np.maximum(f, 1e-6) / crossover)
+    keep = np.cos(np.pi / 2 * np.clip(2 * octaves + 0.5, 0, 1)) ** 2
+    used = keep > 1e-9
+    turn = -2j * np.pi * grid.time_step * np.outer(np.arange(low.shape[1]), f[used])
+    spectrum = np.fft.rfft(responses, length, axis=-1) * (1 - keep)
+    spectrum[:, used] += (low @ np.exp(turn)) * keep[used]
+    return np.fft.irfft(spectrum, length, axis=-1)[:, : budget.n_samples]
+
+
+MODES = Effect("modes", "low frequencies by the wave equation (FDTD)", needed, apply)

@@ -1,0 +1,177 @@
+"""Low frequencies by the wave equation on a grid (FDTD)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rir.errors import SceneError
+from rooms.scene import Scene
+
+__all__ = ["WaveGrid"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+_MOST_CELLS = 4_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class WaveGrid:
+    """A scene cut into cells small enough for a highest frequency.
+
+    Parameters
+    ----------
+    scene : Scene
+        The room; any shape. Walls react locally, with one admittance taken from
+        the absorption of the lowest octave.
+    highest : float
+        Highest frequency of interest [Hz].
+    cells_per_wave : float
+        Cells per wavelength at that frequency; 10 keep the error of the speed of
+        sound near 1 %.
+
+    Raises
+    ------
+    SceneError
+        If the room would need more than 4 million cells.
+
+    Notes
+    -----
+    Emitter and listeners are spread over eight cells with the same trilinear
+    weights, so that the scheme is exactly symmetric in them.
+    """
+
+    scene: Scene
+    highest: float
+    cells_per_wave: float = 10.0
+
+    def __post_init__(self) -> None:
+        count = int(np.prod(self.shape, dtype=float))
+        if count > _MOST_CELLS:
+            raise SceneError(
+                f"{self.scene.name} needs {count} cells up to {self.highest:.0f} Hz,"
+                f" more than {_MOST_CELLS}; lower the crossover"
+            )
+
+    @property
+    def size(self) -> FloatArray:
+        """Lengths of the bounding box [m], shape (3,)."""
+        return np.asarray(self.scene.geometry.size, dtype=float)
+
+    @property
+    def shape(self) -> IntArray:
+        """Cells along each axis."""
+        step = self.scene.speed_of_sound / (self.highest * self.cells_per_wave)
+        return np.maximum(2, np.round(self.size / step)).astype(np.int64)
+
+    @property
+    def spacing(self) -> FloatArray:
+        """Size of a cell [m], shape (3,)."""
+        return self.size / self.shape
+
+    @property
+    def time_step(self) -> float:
+        """Time step [s]: the longest that is stable, less a hair."""
+        bound = np.sqrt(np.sum(1 / self.spacing**2)) * self.scene.speed_of_sound
+        return 0.9999 / float(bound)
+
+    @property
+    def sample_rate(self) -> float:
+        """Steps per second [Hz]."""
+        return 1 / self.time_step
+
+    def responses(
+        self, emitter: ArrayLike, listeners: ArrayLike, duration: float
+    ) -> FloatArray:
+        """Return responses at the grid's own rate, shape (listeners, steps).
+
+        Parameters
+        ----------
+        emitter, listeners : array_like, shape (3,), (L, 3)
+            Positions [m].
+        duration : float
+            Length [s].
+
+        Returns
+        -------
+        ndarray
+            Response to an impulse of unit area, times the time step: its sum over
+            e^(-i w n dt) is the transfer function, 1/d in the free field.
+        """
+        from rooms.kernels.grid import march
+
+        inside = self._inside()
+        courant = self.scene.speed_of_sound * self.time_step / self.spacing
+        left = np.where(inside > 0, 1 / (1 + self._loss(inside, courant)), 0.0)
+        center = 2 - self._neighbours(inside, courant**2)
+        source, share = self._spread(np.asarray(emitter, float)[None], inside)
+        ears, weights = self._spread(np.asarray(listeners, float), inside)
+        cell = float(np.prod(self.spacing))
+        way = self.scene.speed_of_sound * self.time_step
+        drive = share[0] * 4 * np.pi * way**2 / cell
+        steps = int(np.ceil(duration * self.sample_rate))
+        ratios = courant**2
+        heard = march(center, ratios, left, source[0], drive, ears, weights, steps)
+        # entry n holds the pressure at step n + 1
+        return np.pad(heard, ((0, 0), (1, 0)))[:, :steps]
+
+    def _inside(self) -> FloatArray:
+        """Return 1 for cells whose middle is in the air, with a frame of zeros."""
+        axes = [np.arange(n) + 0.5 for n in self.shape]
+        cells = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1) * self.spacing
+        corners = getattr(self.scene.geometry, "corners", None)
+        if corners is None:
+            return np.pad(np.ones(tuple(self.shape)), 1)
+        from rooms.kernels.grid import winding_numbers
+
+        # the triangles' corners are stated relative to the middle of the mesh
+        air = (
+            np.abs(winding_numbers(cells.reshape(-1, 3) - self.size / 2, corners)) > 0.5
+        )
+        return np.pad(air.reshape(self.shape).astype(float), 1)
+
+    def _neighbours(self, inside: FloatArray, ratios: FloatArray) -> FloatArray:
+        """Return the sum of the ratios over the neighbours in the air."""
+        total = np.zeros_like(inside)
+        for axis in range(3):
+            for shift in (1, -1):
+                total += ratios[axis] * np.roll(inside, shift, axis=axis)
+        return total
+
+    def _loss(self, inside: FloatArray, courant: FloatArray) -> FloatArray:
+        """Return half of Courant number times admittance, over all walls of a cell."""
+        admittance = self._admittance()
+        loss = np.zeros_like(inside)
+        for axis in range(3):
+            for side, shift in ((0, 1), (1, -1)):
+                neighbour = np.roll(inside, shift, axis=axis)
+                wall = inside * (1 - neighbour)
+                loss += wall * courant[axis] * admittance[2 * axis + side] / 2
+        return loss
+
+    def _admittance(self) -> FloatArray:
+        """Return the admittance of walls facing each way, shape (6,)."""
+        kept = np.sqrt(1 - self.scene.absorption[:, 0])
+        if len(kept) != 6 or hasattr(self.scene.geometry, "surface_names"):
+            areas = self.scene.geometry.areas
+            kept = np.full(6, areas @ kept / areas.sum())
+        return (1 - kept) / (1 + kept)
+
+    def _spread(
+        self, points: FloatArray, inside: FloatArray
+    ) -> tuple[IntArray, FloatArray]:
+        """Return the eight cells around each point and their shares.
+
+        A share that would fall on a wall goes to the cells in the air.
+        """
+        corner = self.scene.geometry.center - self.size / 2
+        place = (points - corner) / self.spacing - 0.5
+        low = np.floor(place).astype(np.int64)
+        part = place - low
+        corners = np.array([[a, b, c] for a in (0, 1) for b in (0, 1) for c in (0, 1)])
+        cells = low[:, None] + corners + 1
+        cells = np.clip(cells, 0, np.array(inside.shape) - 1)
+        pieces = np.where(corners, part[:, None], 1 - part[:, None])
+        shares = pieces.prod(axis=-1) * inside[tuple(np.moveaxis(cells, -1, 0))]
+        total = shares.sum(axis=1, keepdims=True)
+        return cells, shares / np.where(total > 0, total, 1.0)
