@@ -28,13 +28,13 @@ class Hierarchy:
         Index of each triangle, -1 for none.
     """
 
-    nodes: FloatArray
+    nodes: NDArray[np.float32]
     children: IntArray
     packs: FloatArray
     faces: IntArray
 
     @property
-    def arrays(self) -> tuple[FloatArray, IntArray, FloatArray, IntArray]:
+    def arrays(self) -> tuple[NDArray[np.float32], IntArray, FloatArray, IntArray]:
         """The four arrays, as compiled loops take them."""
         return self.nodes, self.children, self.packs, self.faces
 
@@ -89,7 +89,7 @@ def build_hierarchy(
         children.append(links)
     members = np.array(faces)
     return Hierarchy(
-        np.array(nodes, dtype=np.float32),
+        np.array(nodes).astype(np.float32),
         np.array(children),
         _packed(corners, doubled, members),
         members,

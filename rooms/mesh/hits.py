@@ -39,8 +39,8 @@ def first_hit(
 ):
     """Return (distance, triangle) of the nearest hit before `limit`, or -1.
 
-    `stack`, `depth` (DEPTH), `near` (16), float32, and `far` (32) are working space. Arrays come
-    one by one: unpacking a tuple here would cost more than the search.
+    `stack`, `depth` (DEPTH), `near` (16), float32, and `far` (32) are working space.
+    Arrays come one by one: unpacking a tuple here would cost more than the search.
     """
     best, face = limit, np.int64(-1)
     if len(packs) <= FEW:

@@ -1,3 +1,4 @@
+# ruff: noqa: ARG001 - the arguments of an operation serve its signature only
 """Sixteen boxes or eight triangles against one ray, in one step each.
 
 Compilers do not vectorise such short loops by themselves, so the vector operations
@@ -69,10 +70,9 @@ class _Lanes:
         return self.builder.zext(packed, _WHOLE)
 
 
-@intrinsic
-def boxes_hit(
+def _boxes_hit(
     typingctx, nodes, node, signs, ix, iy, iz, ax, ay, az, limit, near
-):  # numpydoc ignore=PR01
+) -> Any:
     """Return a bit mask of the boxes of a node that a ray meets before `limit`.
 
     `nodes` has shape (N, 6, 16), float32: low x y z, high x y z. `signs` holds one
@@ -106,10 +106,9 @@ def boxes_hit(
     return signature, build
 
 
-@intrinsic
-def triangles_hit(
+def _triangles_hit(
     typingctx, packs, pack, ox, oy, oz, wx, wy, wz, limit, near, place
-):  # numpydoc ignore=PR01
+) -> Any:
     """Return a bit mask of the triangles of a pack that a ray meets before `limit`.
 
     `packs` has shape (M, 13, 8): plane n, d; then the two barycentric coordinates
@@ -158,8 +157,7 @@ def triangles_hit(
     return signature, build
 
 
-@intrinsic
-def lowest_bit(typingctx, mask):  # numpydoc ignore=PR01
+def _lowest_bit(typingctx: Any, mask: Any) -> Any:
     """Return the place of the lowest bit that is set."""
 
     def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -167,3 +165,9 @@ def lowest_bit(typingctx, mask):  # numpydoc ignore=PR01
         return builder.cttz(args[0], ir.Constant(ir.IntType(1), 1))
 
     return types.int64(types.int64), build
+
+
+# checkers see the builders, compiled code the operations
+boxes_hit: Any = intrinsic(_boxes_hit)
+triangles_hit: Any = intrinsic(_triangles_hit)
+lowest_bit: Any = intrinsic(_lowest_bit)

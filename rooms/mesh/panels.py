@@ -111,17 +111,17 @@ def _grow(
             near[one].extend(int(other) for other in group if other != one)
     label = np.full(len(faces), -1)
     seeds: list[int] = []
+    bend = _PARALLEL**2 / 2 + 1e-12
     for seed in np.argsort(-areas, kind="stable"):
         if label[seed] >= 0:
             continue
         label[seed], stack = len(seeds), [int(seed)]
-        plane = normals[seed]
-        off = np.abs((corners - corners[seed, 0]) @ plane).max(axis=1)
-        bend = np.linalg.norm(np.cross(normals, plane), axis=1)
-        flat = (off <= tolerance) & (bend <= _PARALLEL)
+        plane, level = normals[seed], float(corners[seed, 0] @ normals[seed])
         while stack:
             for other in near[stack.pop()]:
-                if label[other] < 0 and flat[other]:
+                if label[other] >= 0 or not 1 - abs(normals[other] @ plane) < bend:
+                    continue
+                if np.abs(corners[other] @ plane - level).max() <= tolerance:
                     label[other] = len(seeds)
                     stack.append(other)
         seeds.append(int(seed))
@@ -136,17 +136,20 @@ def _join_touching(
     tolerance: float,
 ) -> tuple[IntArray, IntArray]:
     """Join panels of one plane that touch without sharing vertices (T-junctions)."""
+    from scipy.spatial import KDTree
+
     parent = np.arange(len(seeds))
-    for one in range(len(seeds)):
-        plane = normals[seeds[one]]
-        off = np.abs((corners[seeds, 0] - corners[seeds[one], 0]) @ plane)
-        bend = np.linalg.norm(np.cross(normals[seeds], plane), axis=1)
-        alike = np.nonzero((off <= tolerance) & (bend <= _PARALLEL))[0]
-        for other in alike[alike > one]:
-            if parent[other] != parent[one] and _touch(
-                corners[label == one], corners[label == other], plane, tolerance
-            ):
-                parent[parent == parent[other]] = parent[one]
+    plane = normals[seeds]
+    level = np.einsum("ij,ij->i", plane, corners[seeds, 0])
+    lead = np.take_along_axis(plane, np.abs(plane).argmax(axis=1)[:, None], axis=1)
+    size = np.abs(corners).max()
+    places = np.column_stack([plane * size, level]) * np.sign(lead)
+    reach = max(tolerance, _PARALLEL * size)
+    for one, other in sorted(KDTree(places).query_pairs(reach)):
+        if parent[other] != parent[one] and _touch(
+            corners[label == one], corners[label == other], plane[one], tolerance
+        ):
+            parent[parent == parent[other]] = parent[one]
     roots, joined = np.unique(parent, return_inverse=True)
     return joined[label], seeds[roots]
 

@@ -1,0 +1,290 @@
+"""Paths that bend around one or two edges."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rir.errors import SceneError
+from rooms.diffraction.edges import Edges, find_edges
+from rooms.diffraction.utd import diffraction_coefficient
+from rooms.mesh import MeshGeometry
+
+__all__ = ["DiffractedPaths", "diffracted_paths"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+ComplexArray = NDArray[np.complex128]
+_STEPS = 60
+
+
+@dataclass(frozen=True, eq=False)
+class DiffractedPaths:
+    """Diffracted paths from one emitter to listeners, as a struct of arrays.
+
+    Parameters
+    ----------
+    listener : ndarray, shape (n,)
+        Index of the listener.
+    length : ndarray, shape (n,)
+        Length of the way around the edges [m].
+    departure, arrival : ndarray, shape (n, 3)
+        Unit vectors out of the emitter, and from the listener to where it comes from.
+    order : ndarray, shape (n,)
+        Number of edges: 1 or 2.
+    gain : ndarray of complex, shape (n, bands)
+        Pressure where the free field is 1/d, without the delay of the length.
+    edges : ndarray, shape (n, 2)
+        Edges in order of travel, then -1.
+    """
+
+    listener: IntArray
+    length: FloatArray
+    departure: FloatArray
+    arrival: FloatArray
+    order: IntArray
+    gain: ComplexArray
+    edges: IntArray
+
+    def __len__(self) -> int:
+        return len(self.listener)
+
+
+def diffracted_paths(
+    geometry: MeshGeometry,
+    emitter: ArrayLike,
+    listeners: ArrayLike,
+    *,
+    bands: ArrayLike,
+    speed_of_sound: float,
+    max_order: int = 2,
+    reflection: ArrayLike | None = None,
+    edges: Edges | None = None,
+) -> DiffractedPaths:
+    """Find the ways around one and two edges, with their UTD gains.
+
+    In the light of the emitter the diffracted sound makes up for the steps where
+    mirror paths end; in its shadow it is all there is. The ways go straight from
+    the emitter to an edge and on; ways that are mirrored as well are left out.
+    Exchanging the ends gives the same lengths and gains.
+
+    Parameters
+    ----------
+    geometry : MeshGeometry
+        The room.
+    emitter : array_like, shape (3,)
+        Position [m].
+    listeners : array_like, shape (L, 3)
+        Positions [m].
+    bands : array_like, shape (bands,)
+        Frequencies [Hz].
+    speed_of_sound : float
+        Speed of sound [m/s].
+    max_order : int
+        Most edges on a way, 1 or 2.
+    reflection : array_like, shape (surfaces, bands), optional
+        Amplitude reflection factors; rigid when left out.
+    edges : Edges, optional
+        Edges to use, when they have been found already.
+
+    Raises
+    ------
+    SceneError
+        If the order is not 0, 1 or 2.
+
+    References
+    ----------
+    R. Kouyoumjian, P. Pathak, Proc. IEEE 62, 1448 (1974).
+
+    Examples
+    --------
+    >>> floor = [(0, 0), (6, 0), (6, 2.5), (3, 2.5), (3, 5), (0, 5)]
+    >>> room = MeshGeometry.extruded(floor, 3)
+    >>> ways = diffracted_paths(
+    ...     room, [1, 4.5, 1], [[5.5, 1, 1]], bands=[500.0], speed_of_sound=343.2
+    ... )
+    >>> ways.order.tolist()
+    [1]
+    """
+    if max_order not in (0, 1, 2):
+        raise SceneError(f"1 or 2 edges can be bent around, not {max_order}")
+    edges = find_edges(geometry) if edges is None else edges
+    wave = 2 * np.pi * np.asarray(bands, dtype=float) / speed_of_sound
+    factors = np.ones((geometry.surfaces, len(wave)))
+    if reflection is not None:
+        factors = np.asarray(reflection, dtype=float)
+    start = geometry.localised(emitter)[0]
+    ends = geometry.localised(listeners)
+    finder = _Finder(geometry, edges, wave, factors)
+    found = []
+    for index, end in enumerate(ends):
+        if len(edges) and max_order >= 1:
+            found += finder.once(index, start, end)
+        if len(edges) > 1 and max_order >= 2:
+            found += finder.twice(index, start, end)
+    if not found:
+        none, flat = np.zeros((0, 3)), np.zeros(0)
+        whole, pairs = np.zeros(0, np.int64), np.zeros((0, 2), np.int64)
+        gain = np.zeros((0, len(wave)), complex)
+        return DiffractedPaths(whole, flat, none, none, whole, gain, pairs)
+    return DiffractedPaths(*(np.array(part) for part in zip(*found, strict=True)))
+
+
+def _unit(vectors: FloatArray) -> FloatArray:
+    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+
+
+class _Finder:
+    """Finds and weighs the ways around the edges of one room."""
+
+    def __init__(
+        self,
+        geometry: MeshGeometry,
+        edges: Edges,
+        wave: FloatArray,
+        factors: FloatArray,
+    ) -> None:
+        self.geometry, self.edges = geometry, edges
+        self.wave, self.factors = wave, factors
+        self.lift = 10 * geometry.tolerance * edges.bisector
+
+    def once(self, index: int, start: FloatArray, end: FloatArray) -> list[tuple]:
+        """Return the ways around one edge."""
+        edges = self.edges
+        near, far = self._around(start), self._around(end)
+        total = near[0] + far[0]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            place = (near[1] * far[0] + far[1] * near[0]) / total
+        usable = (place >= 0) & (place < edges.length)
+        usable &= (near[0] > 0) & (far[0] > 0)
+        usable &= (near[2] < edges.opening) & (far[2] < edges.opening)
+        which = np.nonzero(usable)[0]
+        points = edges.start[which] + place[which, None] * edges.way[which]
+        lifted = points + self.lift[which]
+        free = self.geometry.sees(start, lifted) & self.geometry.sees(end, lifted)
+        found = []
+        for edge, point in zip(which[free], points[free], strict=True):
+            one, other = np.linalg.norm(point - start), np.linalg.norm(point - end)
+            sine = near[0][edge] / one
+            bend = self._bend(edge, near[2][edge], far[2][edge], sine, one, other)
+            gain = bend / np.sqrt(one * other * (one + other))
+            found.append(
+                (
+                    index,
+                    one + other,
+                    _unit(point - start),
+                    _unit(point - end),
+                    1,
+                    gain,
+                    (edge, -1),
+                )
+            )
+        return found
+
+    def _around(self, point: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return distance, place and angle of a point around every edge."""
+        edges = self.edges
+        way = point - edges.start
+        along = np.einsum("ij,ij->i", way, edges.way)
+        x = np.einsum("ij,ij->i", way, edges.tangent)
+        y = np.einsum("ij,ij->i", way, edges.normal)
+        angle = np.arctan2(y, x)
+        # a point on the first face has angle 0, not a full turn
+        angle = np.where(angle < -1e-6, angle + 2 * np.pi, np.maximum(angle, 0.0))
+        return np.hypot(x, y), along, angle
+
+    def _bend(
+        self, edge: int, one: Any, other: Any, sine: Any, near: Any, far: Any
+    ) -> ComplexArray:
+        spread = near * far * sine**2 / (near + far)
+        first, last = self.factors[self.edges.surfaces[edge]]
+        opening = self.edges.opening[edge]
+        return diffraction_coefficient(
+            opening, one, other, sine, spread, self.wave, (first, last)
+        )
+
+    def twice(self, index: int, start: FloatArray, end: FloatArray) -> list[tuple]:
+        """Return the ways around two edges."""
+        edges = self.edges
+        first, last = np.nonzero(~np.eye(len(edges), dtype=bool))
+        places = self._shortest(first, last, start, end)
+        inside = (places >= 0) & (places < edges.length[[first, last]])
+        usable = inside.all(axis=0)
+        first, last, places = first[usable], last[usable], places[:, usable]
+        p = edges.start[first] + places[0, :, None] * edges.way[first]
+        q = edges.start[last] + places[1, :, None] * edges.way[last]
+        up, vp = p + self.lift[first], q + self.lift[last]
+        geometry = self.geometry
+        free = geometry.sees(start, up) & geometry.sees(end, vp)
+        keep = np.nonzero(free)[0]
+        if len(keep):
+            pairs = [geometry.sees(up[k], vp[k][None])[0] for k in keep]
+            keep = keep[np.array(pairs, dtype=bool)]
+        found = []
+        for k in keep:
+            row = self._double(first[k], last[k], start, p[k], q[k], end)
+            if row is not None:
+                found.append((index, *row, (first[k], last[k])))
+        return found
+
+    def _shortest(
+        self, first: IntArray, last: IntArray, start: FloatArray, end: FloatArray
+    ) -> FloatArray:
+        """Return where on both edges the way is shortest, shape (2, pairs).
+
+        Each place in turn is put where the way unfolds to a straight line; the
+        length is convex in both, so this settles.
+        """
+        edges = self.edges
+        places = np.stack([edges.length[first], edges.length[last]]) / 2
+        for _ in range(_STEPS):
+            q = edges.start[last] + places[1, :, None] * edges.way[last]
+            places[0] = self._straight(first, start[None], q)
+            p = edges.start[first] + places[0, :, None] * edges.way[first]
+            places[1] = self._straight(last, end[None], p)
+        return places
+
+    def _straight(self, which: IntArray, a: FloatArray, b: FloatArray) -> FloatArray:
+        edges = self.edges
+        start, way = edges.start[which], edges.way[which]
+        along = [np.sum((point - start) * way, axis=-1) for point in (a, b)]
+        away = [
+            np.linalg.norm(point - start - s[:, None] * way, axis=-1)
+            for point, s in zip((a, b), along, strict=True)
+        ]
+        total = np.maximum(away[0] + away[1], 1e-300)
+        return (along[0] * away[1] + along[1] * away[0]) / total
+
+    def _double(
+        self,
+        first: int,
+        last: int,
+        start: FloatArray,
+        p: FloatArray,
+        q: FloatArray,
+        end: FloatArray,
+    ) -> tuple | None:
+        """Return the row of one way around two edges, if it bends around both."""
+        edges = self.edges
+        a, b, c = (np.linalg.norm(v) for v in (p - start, q - p, end - q))
+        if min(a, b, c) <= self.geometry.tolerance:
+            return None
+        gain = np.ones(len(self.wave), complex)
+        for edge, before, after, near, far in (
+            (first, start, q, a, b),
+            (last, end, p, c, b),
+        ):
+            one, other = self._around(before), self._around(after)
+            opening = edges.opening[edge]
+            if max(one[2][edge], other[2][edge]) > opening + 1e-6:
+                return None
+            angles = np.minimum([one[2][edge], other[2][edge]], opening)
+            sine = one[0][edge] / near
+            gain *= self._bend(edge, angles[0], angles[1], sine, near, far)
+        if len(set(edges.panels[first]) & set(edges.panels[last])):
+            # along a face the wave and its mirror image are one
+            gain /= 2
+        total = a + b + c
+        gain /= np.sqrt(a * b * c * total)
+        return total, _unit(p - start), _unit(q - end), 2, gain
