@@ -1,4 +1,4 @@
-"""Does a rig ever lie or collide? Random sequences of calls and faults."""
+"""Look for a rig that lies or collides, in random sequences of calls and faults."""
 
 import argparse
 import json

@@ -133,7 +133,7 @@ def test_the_kitchen_runs_through_its_brown_out():
             stops.append(str(error))
             assert carriers.where()[0] is None
             carriers.home()
-    assert len(stops) == 1
+    assert len(stops) == 1, stops
     assert "restarted by itself" in stops[0]
     assert carriers.describe()["emitter"]["controllers"][0]["reboots_seen"] == 1
     carriers.close()
