@@ -133,3 +133,21 @@ def test_predicted_floor_agrees_with_a_session_that_only_has_noise():
 
 def test_stretch_of_a_kelvin():
     np.testing.assert_allclose(STRETCH_PER_KELVIN, 0.001706, rtol=1e-3)
+
+
+def test_faults_are_named_in_the_simulated_kitchen_too():
+    from rir import Pose
+    from rooms import World
+    from rooms.presets import load_room
+
+    kitchen = load_room("kitchen")
+    a, b = Pose.at(1.0, 1.2, 1.1), Pose.at(3.2, 2.4, 1.6)
+    cold, warm = (
+        World(kitchen, sample_rate=32000, duration=0.4, temperature_c=t)
+        for t in (20.0, 20.3)
+    )
+    fit = fit_swap(cold.response(a, b), warm.response(b, a), 32000)
+    np.testing.assert_allclose(fit.temperature_change, 0.3, atol=0.04)
+    moved = Pose.at(3.2, 2.405, 1.6)
+    fit = fit_swap(cold.response(a, b), cold.response(moved, a), 32000)
+    np.testing.assert_allclose(position_error(fit), 0.005, rtol=0.5)
