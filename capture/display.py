@@ -12,7 +12,7 @@ from rir import SessionError
 if TYPE_CHECKING:
     from rich.console import Console
 
-__all__ = ["LiveDisplay", "PlainDisplay", "make_display", "take_line", "time_text"]
+__all__ = ["PlainDisplay", "make_display", "take_line", "time_text"]
 
 
 def time_text(seconds: float) -> str:
@@ -194,6 +194,9 @@ class PlainDisplay:
         seconds = (self.now() - self.begun) * self.left / done
         return f"about {time_text(seconds)} left, "
 
+    def progress(self, samples: int, sample_rate: int) -> None:
+        """Take note of how many samples of a take are recorded."""
+
     def start(self, plan: Plan) -> None:
         """Begin to show progress."""
         self._plan = plan
@@ -218,65 +221,10 @@ class PlainDisplay:
         return None
 
 
-class LiveDisplay(PlainDisplay):
-    """A progress bar with the remaining time under the lines."""
-
-    def __init__(self, console: "Console", *, simulated: bool) -> None:
-        from rich.progress import (
-            BarColumn,
-            Progress,
-            TextColumn,
-            TimeRemainingColumn,
-        )
-
-        super().__init__(console, simulated=simulated)
-        mark = "[bold red]SIMULATED[/] " if simulated else ""
-        self._progress = Progress(
-            TextColumn(mark + "[bold]{task.description}"),
-            BarColumn(),
-            TextColumn("{task.fields[takes]}"),
-            TimeRemainingColumn(),
-            console=console,
-        )
-        self._task: Any = None
-
-    def start(self, plan: Plan) -> None:
-        """Show the bar."""
-        self._plan = plan
-        self._progress.start()
-        self._task = self._progress.add_task("", total=self.total, takes="")
-
-    def at(self, text: str) -> None:
-        """Show what is being measured beside the bar."""
-        self._progress.update(self._task, description=text)
-
-    def ask(self, text: str) -> str:
-        """Take the bar away while the operator types."""
-        self._progress.stop()
-        try:
-            return super().ask(text)
-        finally:
-            self._progress.start()
-
-    def advance(self, seconds: float) -> None:
-        """Move the bar on."""
-        takes = f"{self.takes_done}/{self.takes} takes"
-        self._progress.update(self._task, advance=seconds, takes=takes)
-
-    def prefix(self) -> str:
-        """Return nothing: the bar says it."""
-        return ""
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._progress.stop()
-
-
 def make_display(console: "Console", *, simulated: bool, plain: bool) -> PlainDisplay:
     """Return the display that suits the console."""
-    kind = PlainDisplay if plain or not console.is_terminal else LiveDisplay
-    return kind(console, simulated=simulated)
+    if plain or not console.is_terminal:
+        return PlainDisplay(console, simulated=simulated)
+    from capture.screen import LiveScreen
+
+    return LiveScreen(console, simulated=simulated)

@@ -102,7 +102,13 @@ def run_session(
         session.record({"event": "note", "text": text})
 
     voice = Willing(display) if yes else display
-    stage = set_stage(config, voice=voice, note=note)
+    rate = config.sample_rate
+    stage = set_stage(
+        config,
+        voice=voice,
+        note=note,
+        on_progress=lambda samples: display.progress(samples, rate),
+    )
     plan = check_plan(config, stage.mover)
     with Journal(folder.journal_path) as journal:
         session = Session(

@@ -5,6 +5,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from capture.config import SessionConfig
 from capture.examine import Examiner, Verdict
 from capture.folder import SessionFolder, file_sha256
@@ -295,6 +297,8 @@ class Session:
 
     def keep(self, about: dict[str, Any], recording: Recording) -> dict[str, Any]:
         """Write a recording to the disk, judge it, and return its event."""
+        peaks = 20 * np.log10(np.abs(recording.samples).max(axis=-1) + 1e-10)
+        self.show({"event": "recorded", "peak_dbfs": peaks.tolist()})
         path = self.folder.write_raw(
             about["take"], recording.samples, recording.sample_rate
         )
