@@ -161,7 +161,7 @@ def analyse_chunk(
             target = targets[row][number]
             curve = read_band(envelopes[row], place, band, layout, target)
             if curve is not None:
-                read_splits(curve, gates, row, number, layout, target)
+                read_splits(curve, gates, row, number, band, layout, target)
 
 
 def band_envelopes(
@@ -320,6 +320,7 @@ def read_splits(
     gates: Gates,
     row: int,
     number: int,
+    band: Band,
     layout: Layout,
     answer: Answer,
 ) -> None:
@@ -327,17 +328,22 @@ def read_splits(
     slower = len(curve.energy) / layout.length
     onset = int(layout.lead * slower + 0.5)
     lengths = gates.lengths[row].tolist()
+    hiss = curve.noise * gates.reach * slower
+    doubt = hiss / np.sqrt(gates.reach / layout.rate * band.width)
     sides = zip(gates.early[row, :, number], gates.late[row, :, number], strict=True)
     for name, cut, (before, behind) in zip(SPLIT_NAMES, lengths, sides, strict=True):
         early = float(before) - curve.noise * cut * slower
         end = int((layout.lead + cut + gates.reach) * slower)
-        if end < curve.end:
-            late = float(behind) - curve.noise * gates.reach * slower
+        late = float(behind) - hiss
+        if end < curve.end or late > 6.0 * doubt:
             late += curve.after(end, onset)
         else:
             late = curve.after(int((layout.lead + cut) * slower + 0.5), onset)
         if early <= 0.0:
             answer.reasons[name] = words.LATE_BURIED
+            continue
+        if early > 30.0 * late and answer.reasons[T30] == words.BANDWIDTH_SHORT:
+            answer.reasons[name] = words.BANDWIDTH_SHORT
             continue
         read_ratio(early + late, late, curve.tail, name, answer)
         if name == C50:

@@ -34,6 +34,8 @@ POINTS = 2048
 """Points of the curve; short decays have one per sample."""
 MARGIN = 3.0
 """How far below a line's end the crossing must lie on the curve [dB]."""
+SHORTEST_EARLY = 0.015
+"""An EDT below this, of a longer decay, only measures the direct sound [s]."""
 LOW_RANGE = 45.0
 """Less range than this is flagged: T30 and 10 dB (ISO 3382-1, 5.3.2) [dB]."""
 LEAST_RANGE = 10.0
@@ -134,6 +136,10 @@ def read_times(
             answer.values[place] = -60.0 / line[0] / rate
             if place != EDT:
                 answer.facts[XI20 + place - T20] = 1000.0 * (1.0 - line[1] ** 2)
+    early = answer.values[EDT]
+    if early < SHORTEST_EARLY and 5.0 * early < answer.facts[LATE]:
+        answer.values[EDT] = np.nan
+        answer.reasons[EDT] = words.NO_POINTS
     _read_curvature(answer)
 
 
