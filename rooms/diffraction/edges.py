@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rooms.mesh import MeshGeometry
+from rooms.mesh.nearness import nearest_gap
 
 __all__ = ["Edges", "find_edges"]
 
@@ -118,6 +119,9 @@ def _wedge(
     first, last = tangents[0], tangents[-1]
     opening = float(np.arctan2(last @ normal, last @ first)) % (2 * np.pi)
     if len(faces) == 1:
+        others = np.delete(geometry.corners, faces[0], axis=0)
+        if nearest_gap(others, (start + end) / 2) <= geometry.tolerance:
+            return None  # it stands on another surface
         opening = 2 * np.pi
     elif opening < np.pi:
         sides = geometry.panels.sided[geometry.panels.of_face[faces]]

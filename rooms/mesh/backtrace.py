@@ -7,6 +7,11 @@ gives the same paths to the last bit.
 import numpy as np
 from numba import njit
 
+from rooms.mesh.hits import DEPTH, FEW, is_free
+
+LIST = 12
+"""So many triangles are tried one by one faster than by way of the tree."""
+
 
 @njit(cache=True, nogil=True)
 def precedes(a, b):
@@ -18,70 +23,90 @@ def precedes(a, b):
 
 
 @njit(cache=True, nogil=True)
-def face_at(point, first, last, faces, rims, slack):
+def face_at(x, y, z, first, last, faces, rims, slack):
     """Return the triangle of a panel that holds a point of its plane, or -1."""
     for i in range(first, last):
-        rim = rims[faces[i]]
+        face = faces[i]
         inside = True
         for side in range(3):
             height = (
-                rim[side, 0] * point[0]
-                + rim[side, 1] * point[1]
-                + rim[side, 2] * point[2]
-                - rim[side, 3]
+                rims[face, side, 0] * x
+                + rims[face, side, 1] * y
+                + rims[face, side, 2] * z
+                - rims[face, side, 3]
             )
             if height < -slack:
                 inside = False
                 break
         if inside:
-            return faces[i]
+            return face
     return -1
 
 
 @njit(cache=True, nogil=True)
-def blocked_by(a, b, skip_one, skip_other, blockers, of_face, rims, planes, slack):
+def blocked_by(
+    ax, ay, az, bx, by, bz, skip_one, skip_other, blockers, of_face, rims, planes, slack
+):
     """Tell whether a triangle of the list stands between two points.
 
     Panels on which the segment ends are left out.
     """
-    dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    dx, dy, dz = bx - ax, by - ay, bz - az
     span = np.sqrt(dx * dx + dy * dy + dz * dz)
     if span <= 2.0 * slack:
         return False
     end = slack / span
     for face in blockers:
+        nx, ny, nz = planes[face, 0], planes[face, 1], planes[face, 2]
+        start = nx * ax + ny * ay + nz * az - planes[face, 3]
+        stop = nx * bx + ny * by + nz * bz - planes[face, 3]
+        if (start > 0.0) == (stop > 0.0):
+            continue
         panel = of_face[face]
         if panel in (skip_one, skip_other):
             continue
-        nx, ny, nz, d = planes[face]
-        start = nx * a[0] + ny * a[1] + nz * a[2] - d
-        slope = nx * dx + ny * dy + nz * dz
-        if slope == 0.0:
-            continue
-        part = -start / slope
+        part = start / (start - stop)
         if part <= end or part >= 1.0 - end:
             continue
-        px, py, pz = a[0] + part * dx, a[1] + part * dy, a[2] + part * dz
-        rim = rims[face]
-        if (
-            rim[0, 0] * px + rim[0, 1] * py + rim[0, 2] * pz - rim[0, 3] >= -slack
-            and rim[1, 0] * px + rim[1, 1] * py + rim[1, 2] * pz - rim[1, 3] >= -slack
-            and rim[2, 0] * px + rim[2, 1] * py + rim[2, 2] * pz - rim[2, 3] >= -slack
-        ):
+        x, y, z = ax + part * dx, ay + part * dy, az + part * dz
+        outside = False
+        for side in range(3):
+            height = (
+                rims[face, side, 0] * x
+                + rims[face, side, 1] * y
+                + rims[face, side, 2] * z
+                - rims[face, side, 3]
+            )
+            outside |= height < -slack
+        if not outside:
             return True
     return False
 
 
 @njit(cache=True, nogil=True)
-def follow(start, end, sequence, order, backwards, panels, slack, images, hits, faces):
+def follow(
+    sequences,
+    row,
+    order,
+    backwards,
+    normal,
+    offset,
+    face_start,
+    members,
+    rims,
+    slack,
+    images,
+    hits,
+    faces,
+):
     """Write the reflection points of one sequence; tell whether they all exist.
 
-    `panels` is (normal, offset, face_start, faces, rims).
+    The ends stand in ``hits[0]`` and ``hits[order + 1]``.
     """
-    normal, offset, face_start, members, rims = panels
-    images[0] = start
+    for axis in range(3):
+        images[0, axis] = hits[0, axis]
     for k in range(order):
-        p = sequence[order - 1 - k] if backwards else sequence[k]
+        p = sequences[row, order - 1 - k] if backwards else sequences[row, k]
         height = (
             normal[p, 0] * images[k, 0]
             + normal[p, 1] * images[k, 1]
@@ -90,10 +115,8 @@ def follow(start, end, sequence, order, backwards, panels, slack, images, hits, 
         )
         for axis in range(3):
             images[k + 1, axis] = images[k, axis] - 2.0 * height * normal[p, axis]
-    hits[order + 1] = end
-    hits[0] = start
     for k in range(order, 0, -1):
-        p = sequence[order - k] if backwards else sequence[k - 1]
+        p = sequences[row, order - k] if backwards else sequences[row, k - 1]
         far, near = -offset[p], -offset[p]
         for axis in range(3):
             far += normal[p, axis] * images[k, axis]
@@ -105,7 +128,16 @@ def follow(start, end, sequence, order, backwards, panels, slack, images, hits, 
         for axis in range(3):
             step = images[k, axis] - hits[k + 1, axis]
             hits[k, axis] = hits[k + 1, axis] + part * step
-        face = face_at(hits[k], face_start[p], face_start[p + 1], members, rims, slack)
+        face = face_at(
+            hits[k, 0],
+            hits[k, 1],
+            hits[k, 2],
+            face_start[p],
+            face_start[p + 1],
+            members,
+            rims,
+            slack,
+        )
         if face < 0:
             return False
         faces[k - 1] = face
@@ -113,61 +145,113 @@ def follow(start, end, sequence, order, backwards, panels, slack, images, hits, 
 
 
 @njit(cache=True, nogil=True)
-def validate(emitter, listeners, who, orders, sequences, panels, blocking, slack, out):
+def validate(
+    emitter, listeners, who, orders, sequences, panels, blocking, tree, slack, out
+):
     """Check candidates; fill `out` and return the mask of those that hold.
 
-    `blocking` is (blockers, of_face, planes), `out` is (length, departure, arrival,
-    faces, image).
+    `panels` is (normal, offset, face_start, faces, rims), `blocking` is (blockers,
+    of_face, planes), `out` is (length, departure, arrival, faces, image).
     """
+    normal, offset, face_start, members, rims = panels
     blockers, of_face, planes = blocking
+    nodes, children, packs, holders = tree
     length, departure, arrival, out_faces, image = out
-    rims = panels[4]
     deepest = sequences.shape[1]
+    few = len(blockers) <= LIST
+    stack, near = np.empty(DEPTH, dtype=np.int64), np.empty(16, dtype=np.float32)
+    distance = np.empty(8 * FEW)
     images, hits = np.empty((deepest + 1, 3)), np.empty((deepest + 2, 3))
     faces = np.empty(deepest + 1, dtype=np.int64)
     valid = np.zeros(len(who), dtype=np.bool_)
+    turned = np.empty(len(listeners), dtype=np.bool_)
+    for i in range(len(listeners)):
+        turned[i] = precedes(listeners[i], emitter)
     for c in range(len(who)):
-        order = orders[c]
-        listener = listeners[who[c]]
-        turned = precedes(listener, emitter)
-        start, end = (listener, emitter) if turned else (emitter, listener)
+        order, i = orders[c], who[c]
+        back = turned[i]
+        for axis in range(3):
+            hits[0, axis] = listeners[i, axis] if back else emitter[axis]
+            hits[order + 1, axis] = emitter[axis] if back else listeners[i, axis]
         if not follow(
-            start, end, sequences[c], order, turned, panels, slack, images, hits, faces
+            sequences,
+            c,
+            order,
+            back,
+            normal,
+            offset,
+            face_start,
+            members,
+            rims,
+            slack,
+            images,
+            hits,
+            faces,
         ):
             continue
         free = True
         for k in range(order + 1):
             one = of_face[faces[k - 1]] if k > 0 else -1
             other = of_face[faces[k]] if k < order else -1
-            if blocked_by(
-                hits[k], hits[k + 1], one, other, blockers, of_face, rims, planes, slack
-            ):
-                free = False
+            if few:
+                free = not blocked_by(
+                    hits[k, 0],
+                    hits[k, 1],
+                    hits[k, 2],
+                    hits[k + 1, 0],
+                    hits[k + 1, 1],
+                    hits[k + 1, 2],
+                    one,
+                    other,
+                    blockers,
+                    of_face,
+                    rims,
+                    planes,
+                    slack,
+                )
+            else:
+                free = is_free(
+                    nodes,
+                    children,
+                    packs,
+                    holders,
+                    of_face,
+                    hits[k],
+                    hits[k + 1],
+                    one,
+                    other,
+                    slack,
+                    stack,
+                    near,
+                    distance,
+                )
+            if not free:
                 break
         if not free:
             continue
         valid[c] = True
         total = 0.0
         for axis in range(3):
-            step = end[axis] - images[order, axis]
+            step = hits[order + 1, axis] - images[order, axis]
             image[c, axis] = images[order, axis]
             total += step * step
         length[c] = np.sqrt(total)
-        leave, enter = (arrival, departure) if turned else (departure, arrival)
-        point_at(hits[0], hits[1], leave[c])
-        point_at(hits[order + 1], hits[order], enter[c])
+        point_at(hits, 0, 1, arrival if back else departure, c)
+        point_at(hits, order + 1, order, departure if back else arrival, c)
         for k in range(order):
-            out_faces[c, k] = faces[order - 1 - k] if turned else faces[k]
+            out_faces[c, k] = faces[order - 1 - k] if back else faces[k]
     return valid
 
 
 @njit(cache=True, nogil=True)
-def point_at(origin, target, out):
+def point_at(points, origin, target, out, row):
     """Write the unit vector from one point to another; zero if they coincide."""
-    dx, dy, dz = target[0] - origin[0], target[1] - origin[1], target[2] - origin[2]
+    dx = points[target, 0] - points[origin, 0]
+    dy = points[target, 1] - points[origin, 1]
+    dz = points[target, 2] - points[origin, 2]
     size = np.sqrt(dx * dx + dy * dy + dz * dz)
     size = size if size > 0.0 else 1.0
-    out[0], out[1], out[2] = dx / size, dy / size, dz / size
+    out[row, 0], out[row, 1], out[row, 2] = dx / size, dy / size, dz / size
 
 
 @njit(cache=True, nogil=True)

@@ -12,6 +12,7 @@ __all__ = ["Paths", "find_paths"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+ShortArray = NDArray[np.int32]
 _SLACK = 1e-9
 _DEEPEST = 100
 
@@ -44,8 +45,8 @@ class Paths:
     departure: FloatArray
     arrival: FloatArray
     order: IntArray
-    faces: IntArray
-    surfaces: IntArray
+    faces: ShortArray
+    surfaces: ShortArray
     complete: bool = True
 
     def __len__(self) -> int:
@@ -155,7 +156,7 @@ def find_paths(
         np.empty(count),
         np.empty((count, 3)),
         np.empty((count, 3)),
-        np.full((count, max_order), -1),
+        np.full((count, max_order), -1, dtype=np.int32),
         np.empty((count, 3)),
     )
     slack = _SLACK * geometry.diagonal
@@ -168,6 +169,7 @@ def find_paths(
         sequence,
         (panels.normal, panels.offset, panels.face_start, panels.faces, tables.rims),
         (tables.blockers, panels.of_face, tables.planes),
+        geometry.hierarchy.arrays,
         slack,
         out,
     )
@@ -175,7 +177,7 @@ def find_paths(
         held &= out[0] <= max_length
     rows = arrange(who, held, out[0], out[4], len(ends), 1e3 * slack)
     faces = out[3][rows]
-    surfaces = np.append(geometry.face_surface, -1)[faces]
+    surfaces = np.append(geometry.face_surface, -1).astype(np.int32)[faces]
     return Paths(
         who[rows],
         out[0][rows],

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from rooms.mesh.geometry import MeshGeometry
 
-__all__ = ["distances", "lift_off"]
+__all__ = ["distances", "lift_off", "nearest_gap"]
 
 FloatArray = NDArray[np.float64]
 
@@ -37,13 +37,15 @@ def _nearest(corners: FloatArray, point: FloatArray) -> FloatArray:
     return near
 
 
+def nearest_gap(corners: FloatArray, point: FloatArray) -> float:
+    """Return how far a point lies from the nearest of triangles (F, 3, 3) [m]."""
+    near = _nearest(corners, point)
+    return float(np.linalg.norm(near - point, axis=1).min(initial=np.inf))
+
+
 def distances(geometry: "MeshGeometry", points: FloatArray) -> FloatArray:
     """Return how far points, shape (N, 3), local, lie from the nearest triangle [m]."""
-    found = np.empty(len(points))
-    for index, point in enumerate(points):
-        near = _nearest(geometry.corners, point)
-        found[index] = np.linalg.norm(near - point, axis=1).min()
-    return found
+    return np.array([nearest_gap(geometry.corners, point) for point in points])
 
 
 def lift_off(geometry: "MeshGeometry", points: FloatArray) -> FloatArray:

@@ -9,15 +9,13 @@ keeps the surface as likely one way as the other. All bands share the way of a r
 import numpy as np
 from numba import njit
 
-from rooms.mesh.backtrace import blocked_by
+from rooms.mesh.backtrace import LIST, blocked_by
 from rooms.mesh.hits import DEPTH, FEW, first_hit, is_free
 
 _STEP = np.uint64(0x9E3779B97F4A7C15)
 _MIX_ONE = np.uint64(0xBF58476D1CE4E5B9)
 _MIX_TWO = np.uint64(0x94D049BB133111EB)
 _S30, _S27, _S31, _S11 = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(11)
-_LIST = 12
-"""So many triangles are tried one by one faster than by way of the tree."""
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -70,7 +68,7 @@ def trace(
     chord_square = np.empty(places)
     energy, odds, carried = np.empty(bands), np.empty(bands), np.empty(bands)
     here, there = np.empty(3), np.empty(3)
-    few = len(blockers) <= _LIST
+    few = len(blockers) <= LIST
     even = True
     for row in range(len(scattered)):
         for band in range(bands):
@@ -194,29 +192,42 @@ def trace(
                 at = int((gone + away) * per_bin)
                 if height <= 0.0 or at >= bins:
                     continue
-                here[0], here[1], here[2] = ox, oy, oz
-                there[0], there[1], there[2] = x[i], y[i], z[i]
                 if few:
                     if blocked_by(
-                        here, there, panel, -1, blockers, of_face, rims, planes, lift
+                        ox,
+                        oy,
+                        oz,
+                        x[i],
+                        y[i],
+                        z[i],
+                        panel,
+                        -1,
+                        blockers,
+                        of_face,
+                        rims,
+                        planes,
+                        lift,
                     ):
                         continue
-                elif not is_free(
-                    nodes,
-                    children,
-                    packs,
-                    faces,
-                    of_face,
-                    here,
-                    there,
-                    panel,
-                    -1,
-                    lift,
-                    stack,
-                    near,
-                    far,
-                ):
-                    continue
+                else:
+                    here[0], here[1], here[2] = ox, oy, oz
+                    there[0], there[1], there[2] = x[i], y[i], z[i]
+                    if not is_free(
+                        nodes,
+                        children,
+                        packs,
+                        faces,
+                        of_face,
+                        here,
+                        there,
+                        panel,
+                        -1,
+                        lift,
+                        stack,
+                        near,
+                        far,
+                    ):
+                        continue
                 # Lambert: energy cos / (pi r²) per area
                 share = height / away / (np.pi * max(square, nearest))
                 for band in range(bands):
