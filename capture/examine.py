@@ -11,8 +11,8 @@ from capture.config import SessionConfig
 from capture.deconvolution import Deconvolution, deconvolve
 from capture.interfaces.protocol import Recording
 from capture.journal import Event
+from capture.mounting import mounted
 from capture.silence import silent_channels
-from capture.stage import mounted
 from capture.sweep import Sweep, synchronized_sweep
 from rir import Environment, Pose, SignalError
 

@@ -1,7 +1,6 @@
 """Set the stage of a session: rigs, interface, sensor and clock in one world."""
 
-import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
@@ -12,7 +11,7 @@ import numpy as np
 from capture.config import SessionConfig, Simulation
 from capture.interfaces import INTERFACES, AudioInterface, Surroundings
 from capture.movers import Mover, Person, RigPair
-from capture.randomness import take_rng
+from capture.placement import PlacedWorld
 from capture.sensors import AirSensor, NoSensor, SimulatedAir
 from rigs import (
     Carriers,
@@ -25,7 +24,6 @@ from rigs import (
     load_rig,
 )
 from rir import ConfigError, Dataset, Environment, GainPattern, Pose, RoomSpec
-from rir.pose import rotate
 
 __all__ = ["Stage", "Voice", "build_mover", "set_stage"]
 
@@ -38,7 +36,7 @@ class Stage:
     open_interface: Callable[[], AudioInterface]
     sensor: AirSensor
     clock: Clock
-    world: Any = None
+    world: PlacedWorld | None = None
     """The simulated room, if there is one."""
 
 
@@ -87,7 +85,9 @@ def set_stage(
     on_progress : callable, optional
         Told how many samples of a take are recorded, where that takes time.
     """
-    world = build_world(config) if config.interface == "simulated" else None
+    world = None
+    if config.interface == "simulated":
+        world = PlacedWorld(build_world(config), config)
     clock = VirtualClock() if config.rig == "simulated" else SystemClock()
     sensor: AirSensor = NoSensor()
     if world is not None and config.simulation is not None:
@@ -110,7 +110,7 @@ def set_stage(
 def build_mover(
     config: SessionConfig,
     *,
-    world: Any = None,
+    world: PlacedWorld | None = None,
     clock: Clock | None = None,
     voice: Voice | None = None,
     note: Callable[[str], None] = _unheard,
@@ -124,8 +124,7 @@ def build_mover(
     """
     on_emitter = on_listener = None
     if world is not None:
-        on_emitter = _Placer(config, "emitter", world.place_emitter)
-        on_listener = _Placer(config, "listener", _listeners(config, world))
+        on_emitter, on_listener = world.place_emitter, world.place_listener
     if config.rig == "manual":
         return _person(
             config, clock or SystemClock(), voice, note, on_emitter, on_listener
@@ -215,56 +214,6 @@ def build_world(config: SessionConfig) -> Any:
         listener_gain=omni,
         seed=config.seed,
     )
-
-
-@dataclass(frozen=True)
-class _Placer:
-    """Place a simulated device where the rig says, off by the rig's own error."""
-
-    config: SessionConfig
-    carrier: str
-    place: Callable[[Pose], None]
-
-    def __call__(self, pose: Pose) -> None:
-        sigma = self.config.simulation.placement_mm if self.config.simulation else 0.0
-        if sigma:
-            spot = hashlib.sha256(pose.position.tobytes()).hexdigest()
-            rng = take_rng(self.config.seed, f"{self.carrier} {spot}")
-            offset = rng.normal(0.0, sigma / 1000, 3)
-            pose = Pose(pose.position + offset, pose.orientation)
-        self.place(pose)
-
-
-def _listeners(config: SessionConfig, world: Any) -> Callable[[Pose], None]:
-    """Return what places every microphone of a carrier."""
-
-    def place(carrier: Pose) -> None:
-        for index, pose in enumerate(
-            mounted(carrier, config.channels.microphone_offsets_m)
-        ):
-            world.place_listener(pose, index)
-
-    return place
-
-
-def mounted(carrier: Pose, offsets: Sequence[tuple[float, float, float]]) -> list[Pose]:
-    """Return the poses of devices mounted on a carrier.
-
-    Parameters
-    ----------
-    carrier : Pose
-        Where the carrier stands.
-    offsets : sequence of tuple
-        Places of the devices in the carrier's own frame [m].
-
-    Examples
-    --------
-    >>> [pose] = mounted(Pose.at(1, 1, 1, yaw_deg=90), [(0.1, 0.0, 0.0)])
-    >>> pose.position.round(6).tolist()
-    [1.0, 1.1, 1.0]
-    """
-    turned = rotate(carrier.orientation, np.array(offsets, dtype=float))
-    return [Pose(carrier.position + offset, carrier.orientation) for offset in turned]
 
 
 def _air(room: RoomSpec) -> Environment:

@@ -72,8 +72,7 @@ class SimulatedInterface:
         self, signal: FloatArray, n_samples: int, *, label: str, output: int = 0
     ) -> Recording:
         """Return what the listeners and the loopback record of a signal."""
-        del output
-        responses = self._world.responses()
+        responses = self._world.responses(output)
         driven = self._prepare(signal, n_samples, responses.shape[-1])
         faults = [fault for fault in self._simulation.faults if fault.hits(label)]
         drift = sum(fault.amount for fault in faults if fault.kind == "drift")

@@ -18,8 +18,8 @@ __all__ = ["INTERFACES", "InterfaceKind", "Surroundings", "WorldView"]
 class WorldView(Protocol):
     """What a simulated interface asks of the simulated world."""
 
-    def responses(self) -> NDArray[np.float64]:
-        """Return the response to each listener, shape (listeners, n)."""
+    def responses(self, output: int = 0) -> NDArray[np.float64]:
+        """Return one loudspeaker's response at each listener, (listeners, n)."""
         ...
 
 

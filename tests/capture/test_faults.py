@@ -106,7 +106,8 @@ def test_drift_is_the_signal_at_other_times(ppm: float) -> None:
 
 def test_drift_moves_microphones_and_loopback_alike() -> None:
     class Open:
-        def responses(self) -> np.ndarray:
+        def responses(self, output: int = 0) -> np.ndarray:
+            del output
             return np.eye(1, 100)
 
     drift = Fault(kind="drift", amount=80.0)

@@ -233,9 +233,11 @@ def test_the_recovered_response_is_the_worlds_own(make_session: MakeSession) -> 
     stage = set_stage(session.config)
     move = session.plan.moves[0]
     stage.mover.place(move)
+    assert stage.world is not None
     world = stage.world.responses()[0]
     played = session.examiner.signal
-    ideal = np.stack((np.convolve(played, world)[: len(played)], played))
+    heard = np.convolve(played, world)[: len(played)]
+    ideal = np.stack((heard, played)).astype(np.float64)
     started = session.state.started["P01_AB_1"]
     own = session.examiner.respond(ideal, started).response[0, session.examiner.pre :]
     error = np.linalg.norm(dataset.responses[0] - own) / np.linalg.norm(own)

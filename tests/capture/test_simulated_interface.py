@@ -16,7 +16,8 @@ class Echo:
         self.response = np.zeros((1, 2000))
         self.response[0, [100, 900]] = 0.5, -0.25
 
-    def responses(self) -> np.ndarray:
+    def responses(self, output: int = 0) -> np.ndarray:
+        del output
         return self.response
 
 

@@ -14,7 +14,8 @@ KINDS = {"simulated": SimulatedInterface, "portaudio": PortAudioInterface}
 class Delta:
     """A world that answers with the direct sound alone."""
 
-    def responses(self) -> np.ndarray:
+    def responses(self, output: int = 0) -> np.ndarray:
+        del output
         return np.eye(1, 64)
 
 
