@@ -63,6 +63,9 @@ def train(
         list[str] | None,
         typer.Option("--set", help="Model setting, such as width=128; repeatable."),
     ] = None,
+    preset: Annotated[
+        str, typer.Option(help="Sizes: cpu, or the paper's: paper.")
+    ] = "cpu",
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
 ) -> None:
     """Train a field on a data set and score it on emitters it has not heard."""
@@ -84,6 +87,7 @@ def train(
         duration=duration or None,
         device=device,
         settings=settings or [],
+        preset=preset,
         quiet=quiet,
     )
     train_and_report(request)

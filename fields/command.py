@@ -47,6 +47,7 @@ class Request:
     duration: float | None
     device: str
     settings: list[str]
+    preset: str
     quiet: bool
 
     def folder(self) -> Path:
@@ -75,7 +76,7 @@ def train_and_report(request: Request) -> ResultTable:
     console = Console(quiet=False)
     kind = FIELDS[request.model]
     module = kind.load_module()
-    config = model_config(request.model, module.Config, _settings(request.settings))
+    config = model_config(request.model, _settings(request.settings), request.preset)
     plan = _plan(request)
     dataset = Dataset.open(*request.dataset)
     folder = request.folder()

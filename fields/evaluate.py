@@ -7,7 +7,7 @@ import numpy as np
 from fields.data import FieldData
 from fields.field import Field
 
-__all__ = ["METRIC_UNITS", "Scores", "chance_scores", "score"]
+__all__ = ["METRIC_UNITS", "Scores", "chance_scores", "compare_rows", "score"]
 
 METRIC_UNITS = {
     "Amp": "",
@@ -16,8 +16,10 @@ METRIC_UNITS = {
     "C50": "dB",
     "EDT": "ms",
     "STFT": "",
+    "STFT*": "",
 }
-"The metrics of the paper's tables, with the units they are printed in."
+"""The metrics of the paper's tables, with the units they are printed in; STFT*
+has the truth as its norm, where the paper's code has the prediction."""
 PRINTED_FACTOR = {"Env": 100.0, "T60": 100.0, "EDT": 1000.0}
 
 Scores = dict[str, float]
@@ -75,6 +77,13 @@ def chance_scores(data: FieldData, *, seed: int = 0, flavour: str = "paper") -> 
     return _means(parts)
 
 
+def compare_rows(
+    truth: np.ndarray, prediction: np.ndarray, sample_rate: float
+) -> Scores:
+    """Return the mean difference of two sets of responses, shape (rows, n)."""
+    return _means([_differences(truth, prediction, sample_rate, "paper")])
+
+
 def _blocks(count: int) -> list[np.ndarray]:
     return [
         np.arange(start, min(start + SCORED_ROWS, count))
@@ -85,14 +94,13 @@ def _blocks(count: int) -> list[np.ndarray]:
 def _differences(
     truth: np.ndarray, prediction: np.ndarray, sample_rate: float, flavour: str
 ) -> dict[str, np.ndarray]:
-    from analysis import paper_metrics
+    from analysis import METRICS, paper_metrics
 
-    found = paper_metrics(
-        np.asarray(truth, dtype=np.float64),
-        np.asarray(prediction, dtype=np.float64),
-        sample_rate,
-        flavour=flavour,
-    )
+    first = np.asarray(truth, dtype=np.float64)
+    second = np.asarray(prediction, dtype=np.float64)
+    found = dict(paper_metrics(first, second, sample_rate, flavour=flavour))
+    rate = round(sample_rate)
+    found["STFT*"] = METRICS["STFT"].difference(second, first, rate, flavour)
     return {
         name: np.atleast_1d(found[name]) * PRINTED_FACTOR.get(name, 1.0)
         for name in METRIC_UNITS

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import fields as dataclass_fields
+from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
@@ -33,6 +34,7 @@ def train(
     steps: int | None = None,
     rows: np.ndarray | None = None,
     config: Mapping[str, Any] | None = None,
+    preset: str = "cpu",
     sample_rate: float | None = None,
     duration: float | None = None,
     device: str = "cpu",
@@ -64,6 +66,8 @@ def train(
         Rows to learn from; all by default.
     config : mapping, optional
         Values that replace the model's own, by name.
+    preset : str
+        Sizes to start from: "cpu", or "paper" for the paper's.
     sample_rate, duration : float, optional
         Resample (hertz) and crop (seconds) first; the data's own by default.
     device : str
@@ -123,7 +127,8 @@ def train(
         resume=resume,
         on_progress=on_progress,
     )
-    return train_on(data if rows is None else data.rows(rows), model, config, plan)
+    chosen = data if rows is None else data.rows(rows)
+    return train_on(chosen, model, config, plan, preset)
 
 
 def train_on(
@@ -131,21 +136,28 @@ def train_on(
     model: str,
     config: Mapping[str, Any] | None,
     plan: TrainingPlan,
+    preset: str = "cpu",
 ) -> Field:
     """Train a model on prepared rows."""
-    module = FIELDS[model].load_module()
-    return module.fit(data, model_config(model, module.Config, config or {}), plan)
+    chosen = model_config(model, config or {}, preset)
+    return FIELDS[model].load_module().fit(data, chosen, plan)
 
 
-def model_config(model: str, config_type: type, values: Mapping[str, Any]) -> Any:
-    """Build a model's configuration from the values that differ.
+def model_config(model: str, values: Mapping[str, Any], preset: str = "cpu") -> Any:
+    """Build a model's configuration from a preset and the values that differ.
 
     Raises
     ------
     ConfigError
-        If a name is unknown, with the nearest one.
+        If the preset or a name is unknown, with the nearest one.
     """
-    known = {one.name for one in dataclass_fields(config_type)}
+    presets = FIELDS[model].load_module().PRESETS
+    if preset not in presets:
+        raise ConfigError(
+            f"{model} has no preset {preset!r}; known: {', '.join(presets)}"
+        )
+    start = presets[preset]
+    known = {one.name for one in dataclass_fields(start)}
     mistakes = [
         f"{name}: {model} has no such setting{_hint(name, known)}"
         for name in values
@@ -157,7 +169,7 @@ def model_config(model: str, config_type: type, values: Mapping[str, Any]) -> An
         name: tuple(value) if isinstance(value, list) else value
         for name, value in values.items()
     }
-    return config_type(**plain)
+    return replace(start, **plain)
 
 
 def _hint(name: str, known: set[str]) -> str:

@@ -11,8 +11,9 @@ from rir.registry import Registry
 class FieldKind:
     """Name a field model and say where it lives.
 
-    Every model file offers ``Config`` (a dataclass), ``fit(data, config,
-    plan)`` and ``load(path)``, so that callers never ask which model it is.
+    Every model file offers ``Config`` (a dataclass), ``PRESETS`` of it,
+    ``fit(data, config, plan)`` and ``load(path)``, so that callers never ask which
+    model it is.
 
     Parameters
     ----------

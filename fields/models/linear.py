@@ -11,7 +11,7 @@ from fields.plan import TrainingPlan
 from fields.stored import learned_rows, load_stored, save_stored
 from rir import Pose, Poses
 
-__all__ = ["Config", "LinearField", "fit", "load"]
+__all__ = ["PRESETS", "Config", "LinearField", "fit", "load"]
 
 SAME_PLACE_M = 1e-3
 
@@ -22,6 +22,9 @@ class Config:
 
     neighbours: int = 8
     "rows weighted by inverse distance where no simplex encloses the query"
+
+
+PRESETS = {"cpu": Config()}
 
 
 class LinearField:

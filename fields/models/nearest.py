@@ -11,12 +11,15 @@ from fields.plan import TrainingPlan
 from fields.stored import learned_rows, load_stored, save_stored
 from rir import Pose, Poses
 
-__all__ = ["Config", "NearestField", "fit", "load"]
+__all__ = ["PRESETS", "Config", "NearestField", "fit", "load"]
 
 
 @dataclass(frozen=True)
 class Config:
     """Nothing to choose."""
+
+
+PRESETS = {"cpu": Config()}
 
 
 class NearestField:

@@ -60,9 +60,8 @@ def test_unknown_model_names_the_near_one():
 
 
 def test_unknown_setting_names_the_near_one():
-    config = FIELDS["linear"].load_module().Config
     with pytest.raises(ConfigError, match="did you mean 'neighbours'"):
-        model_config("linear", config, {"neighbors": 3})
+        model_config("linear", {"neighbors": 3})
 
 
 def test_missing_field_is_one_clear_error(tmp_path):
