@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from capture.examine import Examiner
 from capture.folder import SessionFolder
 from capture.journal import Event
+from capture.outliers import FEWEST, find_outlier
 from capture.pairing import OneWay, bands, judge_pair, noise_share
 from capture.plan import Measure
 from capture.state import SessionState
@@ -78,7 +79,7 @@ class PairJudge:
         if not all(takes):
             return None
         names = [good[-1].name for good in takes]
-        one, other = (self._one_way(state, name) for name in names)
+        one, other = (self.one_way(state, name) for name in names)
         config = self.examiner.config
         figures: dict[str, Any] = judge_pair(
             one,
@@ -89,7 +90,17 @@ class PairJudge:
         )
         return {"takes": names, **figures}
 
-    def _one_way(self, state: SessionState, take: str) -> OneWay:
+    def outlier(self, state: SessionState, key: str) -> tuple[str, str] | None:
+        """Return the take of a measure that is unlike the others, and why."""
+        names = [take.name for take in state.accepted(key)]
+        if len(names) < FEWEST:
+            return None
+        takes = [self.one_way(state, name).response for name in names]
+        found = find_outlier(np.stack(takes))
+        return None if found is None else (names[found[0]], found[1])
+
+    def one_way(self, state: SessionState, take: str) -> OneWay:
+        """Return what a good take says, from memory or from its raw file."""
         if take not in self._known:
             samples = self.folder.read_raw(state.takes[take].event["file"])
             started = state.started[take]

@@ -11,7 +11,7 @@ from rigs import Carriers, Clock
 from rigs.manual import instruction
 from rir import Pose, RigError, RoomSpec
 
-__all__ = ["Mover", "Person", "Redo", "RigPair", "Skip"]
+__all__ = ["Mover", "Person", "Redo", "RedoNow", "RigPair", "Skip"]
 
 
 SAMPLED = 12
@@ -24,6 +24,10 @@ class Skip(Exception):  # noqa: N818 (a request of the operator, not an error)
 
 class Redo(Exception):  # noqa: N818
     """The operator wants the last direction measured again."""
+
+
+class RedoNow(Exception):  # noqa: N818
+    """The operator wants the direction just measured again."""
 
 
 class Mover(Protocol):
@@ -48,6 +52,10 @@ class Mover(Protocol):
 
     def place(self, step: Move) -> tuple[Pose, Pose]:
         """Bring both to their places and return the poses reached."""
+        ...
+
+    def doubt(self, text: str) -> bool:
+        """Tell what looks wrong with a pair; return whether to measure it again."""
         ...
 
     def seconds(self, moves: Sequence[Move]) -> float:
@@ -135,6 +143,11 @@ class RigPair:
         except RigError as error:
             self.mend(error)
         return self.carriers.place(step.emitter, step.listener)
+
+    def doubt(self, text: str) -> bool:
+        """Go on: rigs do not mix up stands, the mark in the journal is enough."""
+        del text
+        return False
 
     def seconds(self, moves: Sequence[Move]) -> float:
         """Return the mean length of the first moves, as the rigs plan them [s]."""
@@ -272,6 +285,11 @@ class Person:
             self._tell(f"starting in {seconds:.0f} s")
             self._clock.sleep(min(1.0, seconds))
             seconds -= 1.0
+
+    def doubt(self, text: str) -> bool:
+        """Ask whether the direction just measured shall be measured again."""
+        question = f"{text} Measure this direction again? [y/N]"
+        return self._ask(question).strip().lower() in {"y", "yes"}
 
     def seconds(self, moves: Sequence[Move]) -> float:
         """Return how long a person takes [s]."""

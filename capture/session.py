@@ -13,7 +13,7 @@ from capture.folder import SessionFolder, file_sha256
 from capture.interfaces import AudioInterface, Recording
 from capture.journal import Event, Journal
 from capture.judging import PairJudge, reverse_key
-from capture.movers import Mover, Redo, Skip
+from capture.movers import Mover, Redo, RedoNow, Skip
 from capture.opening import HeldInterface
 from capture.plan import Measure, Move, Plan, Step, take_name
 from capture.sensors import AirSensor, NoSensor
@@ -137,6 +137,9 @@ class Session:
                 self._do(step)
             except Skip:
                 self._skip(steps)
+            except RedoNow:
+                steps[:0] = self._forget(block)
+                block = []
             except Redo:
                 steps[:0] = [*self._forget(last), step]
                 block = []
@@ -188,6 +191,8 @@ class Session:
         while self.state.missing(step) and tries:
             tries -= 1
             self._take(step)
+            if not self.state.missing(step):
+                self._drop_outlier(step)
         if self.state.missing(step):
             self._give_up(step)
         else:
@@ -211,6 +216,13 @@ class Session:
                 "mend it and run again: the session resumes"
             )
 
+    def _drop_outlier(self, step: Measure) -> None:
+        """Reject the take that is unlike the others, so that it is made again."""
+        outlier = self.judge.outlier(self.state, step.key)
+        if outlier is not None:
+            self.last_reason = outlier[1]
+            self.reject(*outlier)
+
     def _compare(self, step: Measure) -> None:
         """Judge what a finished measure completes: a pair, or the session's closure."""
         if step.closure:
@@ -221,6 +233,8 @@ class Session:
         figures = self.judge.judge(self.state, *keys)
         if figures is not None:
             self.record({"event": kind, "pair": step.pair, **figures})
+            if figures["doubts"] and self.mover.doubt("; ".join(figures["doubts"])):
+                raise RedoNow
 
     def _check_gains(self, step: Measure) -> None:
         """Refuse a direction that would be recorded with other gains than its pair.

@@ -3,6 +3,7 @@ from collections.abc import Callable, Iterator, Sequence
 import pytest
 
 from capture.config import SessionConfig
+from capture.journal import Event
 from capture.movers import Person, Redo, RigPair, Skip
 from capture.plan import Move, build_plan
 from capture.session import Session
@@ -153,3 +154,21 @@ def test_places_outside_the_room_are_refused(make_config: MakeConfig) -> None:
     move = Move("P01", "AB", Pose.at(-1, 1, 1), Pose.at(1, 1, 1))
     with pytest.raises(OutOfReachError):
         Operator().person(config).check(move)
+
+
+def test_a_doubtful_pair_can_be_measured_again(
+    make_session: MakeSession, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session = make_session()
+    judge = session.judge.judge
+    doubts = iter([["was the wrong stand moved?"], []])
+
+    def doubting(*keys: object) -> Event | None:
+        figures = judge(*keys)  # type: ignore[arg-type]
+        return figures and {**figures, "doubts": next(doubts)}
+
+    monkeypatch.setattr(session.judge, "judge", doubting)
+    operator = steered(session, "", "", "y", "")
+    assert session.run() == []
+    assert any("Measure this direction again?" in text for text in operator.heard)
+    assert [take.name for take in session.state.accepted("P01_BA")] == ["P01_BA_2"]
