@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from capture.calibration import read_microphone_file
 from capture.config import SessionConfig
 from capture.examine import Examiner, take_poses
 from capture.folder import SessionFolder, file_sha256
@@ -159,8 +160,16 @@ def _writer(
         created_utc=state.first.get("time", ""),
         emitter_gain=gain,
         listener_gain=GainPattern.omni() if simulation else None,
-        extras={"excitation": np.asarray(examiner.sweep)},
+        extras={"excitation": np.asarray(examiner.sweep), **_microphone(config)},
     )
+
+
+def _microphone(config: SessionConfig) -> dict[str, Any]:
+    """Return the microphone's own response, where a file gives it."""
+    name = config.calibration.microphone_file
+    if name is None:
+        return {}
+    return {"microphone_hz_db": np.stack(read_microphone_file(Path(name)), axis=1)}
 
 
 def _append(

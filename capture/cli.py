@@ -116,6 +116,12 @@ def capture_pairs(
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Print and check the plan; do nothing.")
     ] = False,
+    calibrator_db: Annotated[
+        float | None,
+        _option(
+            "--calibrator-db", text="With --check: a 1 kHz calibrator of this level."
+        ),
+    ] = None,
     yes: Annotated[
         bool, typer.Option("--yes", help="Answer yes where a rig asks to be homed.")
     ] = False,
@@ -180,7 +186,7 @@ def capture_pairs(
     if dry_run:
         _dry_run(request, console)
     elif check:
-        _check(request, console)
+        _check(request, console, calibrator_db)
     else:
         _capture(request, out, resume, console, (plain, yes))
 
@@ -278,7 +284,7 @@ def _list_devices(console: "Console") -> None:
     console.print(table)
 
 
-def _check(request: Any, console: "Console") -> None:
+def _check(request: Any, console: "Console", calibrator_db: float | None) -> None:
     from capture.folder import write_text
     from capture.plan import build_plan
     from capture.preflight import Preflight, lock_settings
@@ -293,7 +299,7 @@ def _check(request: Any, console: "Console") -> None:
         stage.mover.place(build_plan(config).moves[0])
     interface = stage.open_interface()
     try:
-        found = Preflight.of(interface, config)
+        found = Preflight.of(interface, config, calibrator_db)
     finally:
         interface.close()
     for line in found.lines:

@@ -9,6 +9,7 @@ from rir import Pose, RoomSpec
 from rir.config import Config
 
 __all__ = [
+    "Calibration",
     "Channels",
     "Device",
     "Gains",
@@ -137,6 +138,13 @@ class Gains(Config):
     phantom: bool | None = None
 
 
+class Calibration(Config):
+    """How full scale becomes pascal; stored with the data, not applied to them."""
+
+    pascal_per_unit: Annotated[float, Field(gt=0)] | None = None
+    microphone_file: str | None = None
+
+
 class Simulation(Config):
     """What the simulated interface adds to the world's own responses."""
 
@@ -174,6 +182,7 @@ class SessionConfig(Config):
     closure: bool = False
     placement_sigma_mm: Annotated[float, Field(ge=0)] | None = None
     gains: Gains = Gains()
+    calibration: Calibration = Calibration()
     settle_s: Annotated[float, Field(ge=0)] = 2.0
     interface: str = "simulated"
     rig: str = "simulated"

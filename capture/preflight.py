@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from capture.calibration import pascal_per_unit
 from capture.config import SessionConfig
 from capture.interfaces import AudioInterface
 from capture.pairing import bands
@@ -43,9 +44,14 @@ class Preflight:
     lines: list[str] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
     amplitude_dbfs: float = np.nan
+    pascal_per_unit: float | None = None
 
     @staticmethod
-    def of(interface: AudioInterface, config: SessionConfig) -> "Preflight":
+    def of(
+        interface: AudioInterface,
+        config: SessionConfig,
+        calibrator_db: float | None = None,
+    ) -> "Preflight":
         """Run all checks on an open interface, in the order a person would.
 
         Parameters
@@ -54,14 +60,31 @@ class Preflight:
             The device, open.
         config : SessionConfig
             Channels, rate and band.
+        calibrator_db : float, optional
+            Level of a 1 kHz calibrator on the first microphone [dB re 20 µPa]: then
+            only its tone is measured.
         """
         found = Preflight()
+        if calibrator_db is not None:
+            found._calibrator(interface, config, calibrator_db)
+            return found
         found._loopback(interface, config)
         found._level(interface, config)
         if np.isfinite(found.amplitude_dbfs):
             found._linearity(interface, config)
         found._noise(interface, config)
         return found
+
+    def _calibrator(
+        self, interface: AudioInterface, config: SessionConfig, level_db: float
+    ) -> None:
+        silence = np.zeros(round(LISTEN_S * config.sample_rate))
+        take = interface.play_record(silence, len(silence), label="calibrator")
+        self.pascal_per_unit = pascal_per_unit(
+            take.samples[0], config.sample_rate, level_db
+        )
+        self.amplitude_dbfs = config.sweep.amplitude_dbfs
+        self.lines.append(f"full scale is {self.pascal_per_unit:.3f} Pa")
 
     def _loopback(self, interface: AudioInterface, config: SessionConfig) -> None:
         played = short_sweep(config, START_DBFS + 10)
@@ -257,4 +280,6 @@ def lock_settings(config: SessionConfig, found: Preflight) -> dict[str, Any]:
         "sample_rate": config.sample_rate,
         "channels": config.channels.model_dump(mode="json"),
         "sweep": {"amplitude_dbfs": found.amplitude_dbfs},
+        "calibration": config.calibration.model_dump(mode="json")
+        | ({"pascal_per_unit": found.pascal_per_unit} if found.pascal_per_unit else {}),
     }

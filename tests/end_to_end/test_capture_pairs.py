@@ -12,6 +12,7 @@ import pytest
 
 from capture.cli import main
 from rir import Dataset
+from rir.config import parse_yaml
 
 TINY = """
 sample_rate: 16000
@@ -127,6 +128,18 @@ def test_mistakes_end_in_one_line(
     monkeypatch.chdir(tmp_path)
     assert main(options) == code
     assert message in capsys.readouterr().err
+
+
+def test_checked_settings_start_a_session(
+    tiny: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([*tiny, "--check"]) == 0
+    assert "settings locked in checked.yaml" in capsys.readouterr().out
+    level = parse_yaml(Path("checked.yaml").read_text())["sweep"]["amplitude_dbfs"]
+    options = ["--room", "kitchen", "--pairs", "1", "--config", "checked.yaml"]
+    assert main([*options, "--sweep-seconds", "1", "--out", "k"]) == 0
+    session = parse_yaml(Path("k/session.yaml").read_text())
+    assert session["sweep"]["amplitude_dbfs"] == level
 
 
 def test_a_measured_room_is_played_back(tiny: list[str]) -> None:
