@@ -142,7 +142,7 @@ def spread_errors(
     draws = []
     for _ in range(24):
         bent = energy + error * rng.standard_normal(energy.shape)
-        draws.append(_parameters(np.maximum(bent, 0) + paths, step))
+        draws.append(decay_parameters(np.maximum(bent, 0) + paths, step))
     values = np.array(draws)
     center, spread = values.mean(axis=0), values.std(axis=0)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -161,7 +161,7 @@ def _worst(values: FloatArray) -> float:
     return float(known.mean(axis=0).max(initial=0.0))
 
 
-def _parameters(energy: FloatArray, step: float) -> FloatArray:
+def decay_parameters(energy: FloatArray, step: float) -> FloatArray:
     """Return level, clarity, T and EDT, each (pairs, bands), stacked."""
     left = np.cumsum(energy[..., ::-1], axis=-1)[..., ::-1]
     total = np.maximum(left[..., 0], 1e-300)

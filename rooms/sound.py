@@ -135,7 +135,9 @@ class Waves:
 class Sound:
     """Everything between one emitter and its listeners.
 
-    Effects fill it in; `rooms.synthesis.render` turns it into samples.
+    Effects fill it in; `rooms.synthesis.render` turns it into samples. Mirror paths
+    up to `listed_order` are in it one by one (0 the direct sound, -1 none), so what
+    is traced leaves those out.
     """
 
     scene: Scene
@@ -148,6 +150,7 @@ class Sound:
     lattice: Lattice | None = None
     waves: Waves | None = None
     arrivals: list[Arrivals] = field(default_factory=list)
+    listed_order: int = -1
     traced: Any = None
     finishers: list[Callable[[FloatArray], FloatArray]] = field(default_factory=list)
 

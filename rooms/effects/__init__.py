@@ -5,6 +5,7 @@ The order of the table is the order in which effects are applied.
 
 from rir import Registry
 from rooms.effects.air import AIR
+from rooms.effects.diffraction import DIFFRACTION
 from rooms.effects.direct import DIRECT
 from rooms.effects.effect import Effect, Tolerance, Verdict
 from rooms.effects.hardware import HARDWARE
@@ -24,6 +25,7 @@ _ORDER = (
     AIR,
     DIRECT,
     SPECULAR,
+    DIFFRACTION,
     TRANSMISSION,
     LATE,
     MODES,

@@ -30,6 +30,7 @@ def apply(scene: Scene, sound: Sound) -> None:
     gain = 1 / np.maximum(distance, NEAREST)
     if not isinstance(scene.geometry, Shoebox):
         gain = gain * _in_sight(scene, sound)
+    sound.listed_order = max(sound.listed_order, 0)
     sound.arrivals.append(
         Arrivals(
             listener=np.arange(len(distance)),

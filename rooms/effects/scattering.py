@@ -3,7 +3,8 @@
 import numpy as np
 
 from rooms.effects.effect import Effect, Tolerance, Verdict, judged
-from rooms.predict import predicted_errors
+from rooms.energy_flow import energy_flow
+from rooms.predict import equivalent_box, predicted_errors
 from rooms.scene import Scene
 from rooms.sound import Budget, Sound
 
@@ -17,9 +18,24 @@ def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Verdict:
     errors = predicted_errors(
         scene, budget.duration, budget.sample_rate, scattering=False
     )
-    areas = scene.geometry.areas
-    mean = float((areas @ scene.scattering / areas.sum()).max())
-    return judged(tolerance, errors, f"surfaces scatter up to {mean:.2f}")
+    share = scattered_share(scene, budget)
+    # what scatters arrives elsewhere in time: the fine structure of that share is
+    # another, and an octave's level and slope follow with a few dozen degrees of
+    # freedom
+    errors["level_db"] = max(errors["level_db"], 2 * share**0.5)
+    errors["reverberation_percent"] = max(
+        errors["reverberation_percent"], 25 * share**0.5
+    )
+    return judged(tolerance, errors, f"{100 * share:.1f} % of the sound is scattered")
+
+
+def scattered_share(scene: Scene, budget: Budget) -> float:
+    """Return the share of scattered energy 20 dB down the decay, worst octave."""
+    box = equivalent_box(scene)
+    longest = min(float(scene.eyring_t60().max()) / 3, budget.duration)
+    flow = energy_flow(box, np.array([longest]), scattering=box.scattering)
+    total = flow.images + flow.scattered
+    return float(np.max(flow.scattered / np.maximum(total, 1e-300)))
 
 
 def apply(scene: Scene, sound: Sound) -> None:

@@ -38,6 +38,7 @@ def apply(scene: Scene, sound: Sound) -> None:
     until = budget.duration
     if budget.rays is not None:
         order = MESH_ORDER if budget.max_order is None else budget.max_order
+        sound.listed_order = order
     else:
         until = handover_time(scene, sound)
     sound.lattice = Lattice(geometry.size, sound.reflection, order, until)
@@ -46,12 +47,13 @@ def apply(scene: Scene, sound: Sound) -> None:
 def _mesh_paths(scene: Scene, sound: Sound) -> Arrivals:
     from rooms.mesh import find_paths
 
-    order = sound.budget.max_order
+    order = MESH_ORDER if sound.budget.max_order is None else sound.budget.max_order
+    sound.listed_order = order
     paths = find_paths(
         scene.geometry,  # pyright: ignore[reportArgumentType]
         sound.emitter.position,
         sound.listeners.positions,
-        max_order=MESH_ORDER if order is None else order,
+        max_order=order,
         max_length=scene.speed_of_sound * sound.budget.duration,
         direct=False,
     )

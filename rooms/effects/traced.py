@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rooms.effects.handover import MESH_ORDER
 from rooms.geometry import Shoebox
 from rooms.scene import Scene
 from rooms.sound import Sound
@@ -36,18 +35,11 @@ def traced_energy(scene: Scene, sound: Sound) -> tuple[NDArray[np.float64], floa
         time_step=_STEP,
         speed_of_sound=scene.speed_of_sound,
         seed=budget.seed,
-        skip_specular_up_to=_listed_order(sound),
+        skip_specular_up_to=sound.listed_order,
     )
     sound.traced = histogram
     energy = np.moveaxis(histogram.energy[0], 1, 2) / histogram.time_step
     return energy, histogram.time_step
-
-
-def _listed_order(sound: Sound) -> int:
-    """Return up to which order mirror paths are listed singly."""
-    order = MESH_ORDER if sound.budget.max_order is None else sound.budget.max_order
-    listed = sound.lattice is not None or len(sound.arrivals) > 1
-    return order if listed else 0
 
 
 def meshed(scene: Scene) -> Any:
