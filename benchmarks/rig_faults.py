@@ -18,6 +18,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--sequences", type=int, default=10_000)
     parser.add_argument("--first", type=int, default=0, help="first seed")
+    parser.add_argument("--lost-steps", action="store_true")
     parser.add_argument("--out", type=Path, default=OUT)
     options = parser.parse_args(argv)
     count = 30 if options.quick else options.sequences
@@ -27,11 +28,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     longest = 0.0
     for seed in range(options.first, options.first + count):
         try:
-            ordeal = run_sequence(seed)
+            ordeal = run_sequence(seed, lost_steps=options.lost_steps)
         except BrokenRuleError as error:
             broken[seed] = str(error)
             print(f"seed {seed}: {error}", flush=True)
             continue
+        if (seed + 1) % 500 == 0:
+            print(f"{seed + 1}: {len(broken)} broken", flush=True)
         errors.update(text.partition(":")[0] for text in ordeal.errors)
         longest = max(longest, ordeal.longest)
     seconds = time.process_time() - began
@@ -42,6 +45,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     options.out.parent.mkdir(parents=True, exist_ok=True)
     report = {
         "sequences": count,
+        "lost_steps": options.lost_steps,
         "first_seed": options.first,
         "broken": broken,
         "errors": dict(errors),

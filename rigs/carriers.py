@@ -234,6 +234,52 @@ class Carriers:
         poses = [Pose(point, here.orientation) for point in way[1:]]
         other.move(poses[-1], via=poses[:-1])
 
+    def confirm(self) -> tuple[float, float]:
+        """Find out whether steps were lost: visit the reference of each carrier.
+
+        Returns
+        -------
+        tuple of float
+            Drift of emitter's and listener's carrier, m; NaN where a rig has no means.
+
+        Raises
+        ------
+        RigError
+            If steps were lost; that carrier's position is unknown then, and what was
+            measured since the last confirmation must be repeated.
+        """
+        return self._confirm(0), self._confirm(1)
+
+    def _confirm(self, k: int) -> float:
+        rig, rules = self.rigs[k], self.coordination()
+        corner = rig.reference_place()
+        if corner is None or rules is None:
+            return rig.confirm()
+        self._check_known()
+        envelope = rules.envelopes[k]
+        near = np.clip(corner, envelope.low, envelope.high)
+        self._leave(1 - k, np.array([[near, corner]]))
+        here, other = self.rigs[k].where(), self.rigs[1 - k].where()
+        if here is None or other is None:
+            raise RigError("a carrier has become unknown; home it first")
+        way = rules.roadmap(k, other.position).way(here.position, near)
+        if not np.array_equal(way[0], way[-1]):
+            poses = [Pose(point, here.orientation) for point in way[1:]]
+            rig.move(poses[-1], via=poses[:-1])
+        return rig.confirm()
+
+    def _leave(self, k: int, ways: np.ndarray) -> None:
+        """Send a carrier away from the boxes around some ways of the other one."""
+        rules, here = self.coordination(), self.rigs[k].where()
+        if rules is None or here is None or self.separation <= 0.0:
+            return
+        sweep = np.stack([ways.min(axis=1), ways.max(axis=1)], axis=1)
+        if rules.sweep_gap(sweep, here.position[None])[0] >= self.separation:
+            return
+        way = rules.escape(k, here.position, sweep, self.rigs[1 - k].whereabouts())
+        poses = [Pose(point, here.orientation) for point in way[1:]]
+        self.rigs[k].move(poses[-1], via=poses[:-1])
+
     # -- the rest ---------------------------------------------------------------------
 
     def where(self) -> tuple[Pose | None, Pose | None]:

@@ -44,6 +44,10 @@ class Controller(Protocol):
         """Ask where it is; None while that is not known."""
         ...
 
+    def confirm(self) -> np.ndarray:
+        """Compare with the reference; return the drift of each axis, NaN if unable."""
+        ...
+
     def quieten(self) -> None:
         """Switch off what makes noise; check that it stands where it should."""
         ...

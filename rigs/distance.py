@@ -2,7 +2,7 @@
 
 import numpy as np
 
-SECTIONS = 48
+SECTIONS = 36
 
 
 def segment_box_distance(

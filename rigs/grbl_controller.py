@@ -200,6 +200,37 @@ class GrblController(GrblState):
             self._snag = str(error)
             return None
 
+    def confirm(self) -> np.ndarray:
+        """Go to the reference switches and compare; return the drift, mm.
+
+        NaN for axes it cannot tell: no ``reference`` in the rig file, hard limits
+        switched on, or switches that do not close within the travel.
+
+        Raises
+        ------
+        StrayError
+            If steps were lost; the position is unknown then.
+        """
+        at = self.verify()
+        if self.reference is None:
+            return np.full(len(self.axes), np.nan)
+        self.state = "Moving"
+        try:
+            drift = self.reference.drift()
+            if np.nanmax(np.abs(drift), initial=0.0) > self.options.reference_mm:
+                raise StrayError(
+                    f"steps were lost: the machine is {np.round(drift, 2).tolist()} mm "
+                    "from where it counts; home it and repeat what was measured since"
+                )
+            here = self.link.settled()[1][: len(at)]
+        except BaseException as error:
+            self._halt(error)
+            if isinstance(error, StrayError):
+                self._lose(error)
+            raise
+        self._at, self.state = here, "Idle"
+        return drift
+
     def quieten(self) -> None:
         """Check the position and send the quiet lines of the rig file."""
         self.verify()

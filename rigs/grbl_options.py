@@ -29,6 +29,10 @@ class GrblOptions(Config):
     """Attempts to go on after a disturbed line, with the position still known."""
     stamp: bool = True
     """Mark the homed state by a G92 offset, which dies with any reset."""
+    reference: bool = False
+    """Feel for the switches after homing, so that `confirm` can find lost steps."""
+    reference_mm: float = Field(default=0.1, gt=0)
+    """Largest drift `confirm` accepts."""
     quiet: tuple[str, ...] = ()
     """Lines sent before each recording, as M9."""
     loud: tuple[str, ...] = ()

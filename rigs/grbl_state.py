@@ -19,6 +19,7 @@ from rigs.grbl_board import Board, read_board
 from rigs.grbl_codes import KEEPS_POSITION, alarm_text
 from rigs.grbl_link import HOLD, GrblLink, Patience
 from rigs.grbl_options import GrblOptions
+from rigs.grbl_reference import Reference
 from rigs.grbl_words import Status
 from rigs.line import Line
 from rir.errors import RigError
@@ -62,6 +63,7 @@ class GrblState:
         self._at: np.ndarray | None = None
         self._why = NEVER_HOMED
         self._snag = ""
+        self.reference: Reference | None = None
 
     # -- what is known ----------------------------------------------------------------
 
@@ -172,6 +174,7 @@ class GrblState:
             status, here = self.link.settled()
             if status.state != "Idle":
                 raise RigError(f"after homing the board is {status.state}, not Idle")
+            self._learn_reference()
             self._stamp()
         except BaseException as error:
             self._told(error)
@@ -179,6 +182,14 @@ class GrblState:
             raise
         self.state = "Idle"
         self._at = here[: len(self.axes)]
+
+    def _learn_reference(self) -> None:
+        settings = self._board.settings
+        self.reference = None
+        if self.options.reference and not settings.get(21, 0):
+            pull = settings.get(27, 1.0)
+            self.reference = Reference(self.link, pull, len(self.axes))
+            self.reference.learn()
 
     def _unstick(self) -> None:
         """Bring the board into Idle or Alarm, from which it can home."""

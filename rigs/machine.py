@@ -296,6 +296,14 @@ class MachineRig:
         pieces = [] if self._way is None else list(pairwise(self._way))
         return np.array(pieces).reshape(-1, 2, 3)
 
+    def _corner(self) -> np.ndarray:
+        """Return the place of the homed machine, m."""
+        ends = {axis: self.mount.fixed.get(axis, 0.0) for axis in AXES}
+        for controller in self.controllers:
+            top = (float(value) for value in controller.limits()[1])
+            ends |= dict(zip(controller.axes, top, strict=True))
+        return self.mount.frame.to_room(np.array([ends[a] for a in "xyz"]))
+
     def homing_sweep(self) -> np.ndarray:
         """Return boxes that hold any way homing may take.
 
@@ -305,15 +313,32 @@ class MachineRig:
         """
         if not self._connected:
             return np.zeros((0, 2, 3))
-        ends = {axis: self.mount.fixed.get(axis, 0.0) for axis in AXES}
-        for controller in self.controllers:
-            top = (float(value) for value in controller.limits()[1])
-            ends |= dict(zip(controller.axes, top, strict=True))
-        corner = self.mount.frame.to_room(np.array([ends[a] for a in "xyz"]))
-        places = self.whereabouts()
+        corner, places = self._corner(), self.whereabouts()
         low = np.minimum(places.min(axis=1), corner)
         high = np.maximum(places.max(axis=1), corner)
         return np.stack([low, high], axis=1)
+
+    def reference_place(self) -> np.ndarray | None:
+        """Return the place of the homed machine, m, while it is connected."""
+        return self._corner() if self._connected else None
+
+    def confirm(self) -> float:
+        """Compare with the reference switches; return the largest drift in m.
+
+        NaN where no controller has the means. The way there is straight: start near
+        the reference place, as `Carriers.confirm` does.
+
+        Raises
+        ------
+        RigError
+            If steps were lost; the position is unknown then.
+        """
+        start = self.pose_of(self._require_known()).position
+        self._way = [start, self._corner()]
+        drifts = [controller.confirm() for controller in self.controllers]
+        self._report()
+        every = np.abs(np.concatenate(drifts)) * 1e-3
+        return float(np.nanmax(every)) if np.isfinite(every).any() else float("nan")
 
     def where(self) -> Pose | None:
         """Ask the machine where it is; None while that is not known."""

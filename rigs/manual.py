@@ -110,6 +110,14 @@ class ManualRig:
         places = [] if self._pose is None else [[self._pose.position] * 2]
         return np.array(places).reshape(-1, 2, 3)
 
+    def confirm(self) -> float:
+        """Return NaN: there is nothing to compare with."""
+        return float("nan")
+
+    def reference_place(self) -> np.ndarray | None:
+        """Return nothing: `confirm` moves nothing."""
+        return None
+
     def trouble(self) -> str:
         """Return nothing: it can always move."""
         return ""

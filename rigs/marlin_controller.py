@@ -329,6 +329,11 @@ class MarlinController:
         moving = travel_time(distance, speed, o.acceleration_mm_per_s2)
         return moving + o.settle_s if distance else 0.0
 
+    def confirm(self) -> np.ndarray:
+        """Return NaN: it has no means to find lost steps."""
+        self.verify()
+        return np.full(len(self.axes), np.nan)
+
     def quieten(self) -> None:
         """Check the position and send the quiet lines."""
         self.verify()

@@ -65,6 +65,20 @@ class Rig(Protocol):
         """Return the pose, asked of the rig itself; None while it is unknown."""
         ...
 
+    def confirm(self) -> float:
+        """Compare with the reference and return the drift in m, NaN if unable.
+
+        Raises
+        ------
+        RigError
+            If steps were lost; the position is unknown then.
+        """
+        ...
+
+    def reference_place(self) -> np.ndarray | None:
+        """Return where `confirm` goes, m; None if it moves nothing."""
+        ...
+
     def trouble(self) -> str:
         """Return why the rig must be homed before it can move; nothing if it can."""
         ...

@@ -61,7 +61,7 @@ class GrblFirmware(Chip):
         self.line = bytearray()
         self.moves_started = 0
         self.on_move: list[Callable[[int], None]] = []
-        """Called with the number of each move as it starts; for faults."""
+        """Called with the number of each move, jogs aside, as it starts; for faults."""
         self.reports = Reports(self)
         self.commands = Commands(self)
         self._power_up()
@@ -153,8 +153,8 @@ class GrblFirmware(Chip):
 
     def stepped(self, place: np.ndarray) -> np.ndarray:
         """Return a place in whole steps, mm."""
-        steps = np.array([self.settings[100 + k] for k in range(3)])
-        return np.round(place * steps) / steps
+        steps = np.array([self.settings[n] for n in (100, 101, 102)])
+        return np.rint(place * steps) / steps
 
     @property
     def true_position(self) -> np.ndarray:
@@ -247,9 +247,10 @@ class GrblFirmware(Chip):
         if self.state != "Home":
             self.state = "Jog" if jog else "Run"
         self._go(self._glide(target, feed))
-        self.moves_started += 1
-        for listener in self.on_move:
-            listener(self.moves_started)
+        if not jog:
+            self.moves_started += 1
+            for listener in self.on_move:
+                listener(self.moves_started)
 
     def _glide(self, target: np.ndarray, feed: float) -> Glide:
         way = np.abs(target - self.rest)

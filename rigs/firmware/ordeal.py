@@ -5,6 +5,7 @@ known or right; nothing is sent into motion outside the envelope or with an unkn
 position; the carriers keep clear of each other and of the keep-outs.
 """
 
+import math
 import re
 from dataclasses import dataclass, field
 
@@ -31,12 +32,18 @@ KEEP_OUTS = (
     KeepOut("table", [0.7, 0.7, 0.0], [1.2, 1.3, 0.7]),
     KeepOut("shelf", [1.6, 0.2, 0.9], [1.9, 0.8, 1.2]),
 )
+LOWS = np.array([box.low for box in KEEP_OUTS])
+HIGHS = np.array([box.high for box in KEEP_OUTS])
 SEPARATION = 0.25
 CLEARANCE = 0.08
 TOLERANCE = 1e-4
 """Largest error of a believed position, m."""
 LONGEST_CALL = 900.0
 """Simulated seconds any call may take: homing, a reconnection and a retry included."""
+CONFIRMED = 2.5e-4
+"""The same after a confirmation: 0.1 mm on each axis and the search's step, m."""
+SLIP = 4.0
+"""Largest extent of lost steps, mm."""
 WATCH = 0.1
 MOTION = re.compile(rb"G1 X(\S+) Y(\S+) Z(\S+) F")
 FAULTS = (
@@ -96,6 +103,10 @@ class Ordeal:
     errors: list[str] = field(default_factory=list)
     longest: float = 0.0
     """Simulated seconds of the longest call."""
+    reference: bool = False
+    """Whether the rigs feel for their switches, so that they can find lost steps."""
+    lost: list[bool] = field(default_factory=lambda: [False, False])
+    """Whether steps were lost since a carrier last proved its position."""
 
     def __post_init__(self) -> None:
         rng = np.random.default_rng(self.seed)
@@ -117,7 +128,9 @@ class Ordeal:
 
     def _rig(self, k: int) -> MachineRig:
         line = WatchedLine(self.chips[k], self.clock)
-        options = GrblOptions(feed_mm_per_min=12000, settle_s=0.2)
+        options = GrblOptions(
+            feed_mm_per_min=12000, settle_s=0.2, reference=self.reference
+        )
         driver = GrblController(line, self.clock, options, simulated=True)
         envelope = Envelope([0.05] * 3, [1.95, 1.95, 1.55], KEEP_OUTS, CLEARANCE, "up")
         around = Surroundings(clock=self.clock)
@@ -140,6 +153,11 @@ class Ordeal:
         chip.schedule(fault.after, lambda: self._do(chip, fault), lasting=True)
 
     def _do(self, chip: GrblFirmware, fault: Fault) -> None:
+        if fault.kind == "lost-steps":
+            k = self.chips.index(chip)
+            chip.slip(SLIP * fault.amount * (chip.rng.random(3) - 0.5))
+            self.lost[k] = True
+            return
         if fault.kind in ("soft-limit", "hard-limit"):
             if not chip.locked and chip.state in ("Run", "Idle", "Jog"):
                 chip.alarm(2 if fault.kind == "soft-limit" else 1, critical=True)
@@ -172,6 +190,11 @@ class Ordeal:
 
     # -- calls ------------------------------------------------------------------------
 
+    @property
+    def _margin(self) -> float:
+        """How much nearer than planned the carriers may come, m."""
+        return 2e-3 + (4e-3 * SLIP if any(self.lost) else 0.0)
+
     def _watch(self, k: int) -> None:
         """Check the true places every few centiseconds while a call goes on."""
         if not self.watching:
@@ -181,15 +204,15 @@ class Ordeal:
             return
         here = self.frames[k].to_room(self.chips[k].true_position)
         other = self.frames[1 - k].to_room(self.chips[1 - k].true_position)
-        apart = float(np.linalg.norm((here - other)[:2]))
-        if apart < SEPARATION - 2e-3:
+        apart = math.dist(here[:2], other[:2])
+        if apart < SEPARATION - self._margin:
             raise BrokenRuleError(
                 f"the carriers are {apart:.3f} m apart at {here} and {other}"
             )
-        for box in KEEP_OUTS:
-            gap = float(box.distance(here))
-            if gap < CLEARANCE - 2e-3:
-                raise BrokenRuleError(f"carrier {k} is {gap:.3f} m from {box.name}")
+        outside = np.maximum(np.maximum(LOWS - here, here - HIGHS), 0.0)
+        gap = math.sqrt(float((outside * outside).sum(axis=1).min()))
+        if gap < CLEARANCE - self._margin:
+            raise BrokenRuleError(f"carrier {k} is {gap:.3f} m from a keep-out")
 
     def call(self, action: str, *poses: Pose) -> bool:
         """Make one call, check the rules, and return whether it succeeded."""
@@ -209,8 +232,20 @@ class Ordeal:
         self.longest = max(self.longest, took)
         if took > LONGEST_CALL:
             raise BrokenRuleError(f"{action} took {took:.0f} s")
+        if good and action == "confirm":
+            self._check_confirmed()
         self._check_beliefs(poses if good and action == "place" else ())
         return good
+
+    def _check_confirmed(self) -> None:
+        """After a confirmation even lost steps must not hide."""
+        for k, rig in enumerate(self.carriers.rigs):
+            believed = rig.where()
+            if believed is not None:
+                off = float(np.linalg.norm(believed.position - self.truth(k)))
+                if off > CONFIRMED:
+                    raise BrokenRuleError(f"confirmed, and {1e3 * off:.2f} mm off")
+                self.lost[k] = self.lost[k] and off > TOLERANCE
 
     def _check_beliefs(self, poses: tuple[Pose, ...]) -> None:
         for k, rig in enumerate(self.carriers.rigs):
@@ -218,7 +253,8 @@ class Ordeal:
             if believed is None:
                 continue
             error = float(np.linalg.norm(believed.position - self.truth(k)))
-            if not error <= TOLERANCE:
+            self.lost[k] = self.lost[k] and error > TOLERANCE
+            if not self.lost[k] and not error <= TOLERANCE:
                 raise BrokenRuleError(f"carrier {k} is {1e3 * error:.2f} mm off belief")
             if poses and believed.distance(poses[k]) > TOLERANCE:
                 raise BrokenRuleError(f"carrier {k} did not go where it was sent")
@@ -232,15 +268,26 @@ def random_pose(rng: np.random.Generator, envelope: Envelope) -> Pose:
             return Pose(point)
 
 
-def random_fault(rng: np.random.Generator) -> Fault:
+def random_fault(rng: np.random.Generator, *, lost_steps: bool = False) -> Fault:
     """Draw a fault."""
-    kind = str(rng.choice(FAULTS))
+    kind = str(
+        rng.choice((*FAULTS, "lost-steps", "lost-steps") if lost_steps else FAULTS)
+    )
     after = float(rng.exponential(2.0))
     return Fault(kind, int(rng.integers(2)), after, float(rng.uniform(0.1, 2.0)))
 
 
-def run_sequence(seed: int, calls: int = 4) -> Ordeal:
+def run_sequence(seed: int, calls: int = 4, *, lost_steps: bool = False) -> Ordeal:
     """Play one random sequence of calls and faults, and return what was left.
+
+    Parameters
+    ----------
+    seed
+        Of everything drawn.
+    calls
+        Placements in the sequence.
+    lost_steps
+        Whether steps get lost too; the rigs confirm after each placement then.
 
     Raises
     ------
@@ -248,16 +295,18 @@ def run_sequence(seed: int, calls: int = 4) -> Ordeal:
         If a rule was broken.
     """
     rng = np.random.default_rng(seed)
-    ordeal = Ordeal(seed)
+    ordeal = Ordeal(seed, reference=lost_steps)
     ordeal.call("home")
     for _ in range(calls):
         for _ in range(int(rng.integers(0, 3))):
-            ordeal.inflict(random_fault(rng))
+            ordeal.inflict(random_fault(rng, lost_steps=lost_steps))
         while True:
             poses = [random_pose(rng, reach) for reach in ordeal.reaches]
             between = poses[0].position - poses[1].position
             if np.linalg.norm(between[:2]) > SEPARATION:
                 break
-        if not ordeal.call("place", *poses):
+        if not ordeal.call("place", *poses) or (
+            lost_steps and not ordeal.call("confirm")
+        ):
             ordeal.call("home")
     return ordeal

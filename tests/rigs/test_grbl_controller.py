@@ -318,3 +318,28 @@ def test_quiet_sends_the_lines_of_the_rig_file():
     bench.clock.sleep(1.0)
     with pytest.raises(RebootError):
         bench.driver.unquieten()
+
+
+@pytest.mark.parametrize("lost", [(0.0, 0, 0), (0.5, 0, 0), (0, -0.4, 0), (0, 0, 3.0)])
+def test_lost_steps_are_felt_at_the_switches(lost):
+    bench = Bench(reference=True)
+    bench.driver.connect()
+    bench.driver.home()
+    np.testing.assert_allclose(bench.driver.confirm(), 0.0, atol=0.02)
+    bench.driver.move([A])
+    bench.board.slip(np.array(lost))
+    np.testing.assert_allclose(bench.driver.move([B]), B)
+    if not any(lost):
+        np.testing.assert_allclose(bench.driver.confirm(), 0.0, atol=0.02)
+        np.testing.assert_allclose(bench.driver.move([A]), A)
+        return
+    with pytest.raises(StrayError, match="steps were lost"):
+        bench.driver.confirm()
+    assert not bench.driver.known
+    bench.driver.home()
+    np.testing.assert_allclose(bench.driver.move([A]), A)
+    np.testing.assert_allclose(bench.board.true_position, A, atol=1e-6)
+
+
+def test_without_a_reference_drift_is_not_a_number(bench):
+    assert np.isnan(bench.driver.confirm()).all()

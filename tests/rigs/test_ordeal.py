@@ -30,6 +30,17 @@ def test_random_sequences_break_no_rule(seed):
     run_sequence(seed)
 
 
+@given(seed=st.integers(0, 2**32 - 1))
+@settings(
+    max_examples=20,
+    deadline=None,
+    derandomize=True,
+    suppress_health_check=[HealthCheck.too_slow],
+)
+def test_lost_steps_are_found_by_confirming(seed):
+    run_sequence(seed, calls=2, lost_steps=True)
+
+
 @given(
     planned=st.lists(st.lists(faults, max_size=3), min_size=1, max_size=3),
     seed=st.integers(0, 1000),
