@@ -1,7 +1,7 @@
 """Figures drawn as SVG text: small, sharp, and readable without a program."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from html import escape
 
 import numpy as np
@@ -43,8 +43,16 @@ def svg_text(
     )
 
 
-def strip_chart(title: str, unit: str, paired: FloatArray, unpaired: FloatArray) -> str:
+def strip_chart(
+    title: str,
+    unit: str,
+    paired: FloatArray,
+    unpaired: FloatArray,
+    names: Sequence[str] = (),
+) -> str:
     """Draw paired and un-paired distances as dots on one logarithmic axis.
+
+    Each paired dot carries the number of its pair, so that a page can react to it.
 
     Parameters
     ----------
@@ -52,12 +60,11 @@ def strip_chart(title: str, unit: str, paired: FloatArray, unpaired: FloatArray)
         What is drawn, in which unit.
     paired, unpaired : ndarray
         Distances; those that are zero or undefined are left out.
+    names : sequence of str
+        Names of the pairs, shown beside the pointer.
     """
-    rows = [
-        ("paired", FORWARD, _positive(paired)),
-        ("un-paired", STRANGER, _positive(unpaired)),
-    ]
-    together = np.concatenate([values for _, _, values in rows])
+    strangers = _positive(unpaired)
+    together = np.concatenate([_positive(paired), strangers])
     label = f"{title} [{unit}]" if unit else title
     body = [svg_text(4, 14, label, size=12)]
     if not len(together):
@@ -72,10 +79,18 @@ def strip_chart(title: str, unit: str, paired: FloatArray, unpaired: FloatArray)
         x = across(10.0**power)
         body.append(f'<path d="M{x:.1f} 22V76" stroke="currentColor" opacity=".15"/>')
         body.append(svg_text(x, 90, f"{10.0**power:g}", "middle", 10))
-    for k, (name, color, values) in enumerate(rows):
-        y = 38 + 26 * k
-        body.append(svg_text(64, y + 4, name, "end"))
-        body.extend(_dots(values, color, y, across))
+    body.append(svg_text(64, 42, "paired", "end"))
+    body.append(svg_text(64, 68, "un-paired", "end"))
+    body += _stranger_dots(strangers, across)
+    body += _pair_dots(paired, names or [str(k) for k in range(len(paired))], across)
+    body += [
+        _mean_mark(values, color, y, across)
+        for values, color, y in (
+            (_positive(paired), FORWARD, 38),
+            (strangers, STRANGER, 64),
+        )
+        if len(values)
+    ]
     return svg(340, 96, label, body)
 
 
@@ -84,22 +99,42 @@ def _positive(values: FloatArray) -> FloatArray:
     return np.sort(kept[kept > 0])
 
 
-def _dots(values: FloatArray, color: str, y: float, across) -> list[str]:
+Across = Callable[[float], float]
+
+
+def _lift(index: int, y: float) -> float:
+    """Spread dots up and down evenly, the same way on every run."""
+    return y + 14 * ((0.618 * index) % 1 - 0.5)
+
+
+def _stranger_dots(values: FloatArray, across: Across) -> list[str]:
     # Many dots are thinned evenly over their ranks, so the spread stays visible.
     shown = values[np.linspace(0, len(values) - 1, min(len(values), 150)).astype(int)]
     path = "".join(
-        f"M{across(v):.1f} {y + 14 * ((0.618 * i) % 1 - 0.5):.1f}h0"
-        for i, v in enumerate(shown)
+        f"M{across(v):.1f} {_lift(i, 64):.1f}h0" for i, v in enumerate(shown)
     )
-    dots = (
-        f'<path d="{path}" stroke="{color}" stroke-width="4" opacity=".55"'
+    return [
+        f'<path d="{path}" stroke="{STRANGER}" stroke-width="4" opacity=".55"'
         ' stroke-linecap="round"/>'
-    )
-    if not len(values):
-        return []
+    ]
+
+
+def _pair_dots(values: FloatArray, names: Sequence[str], across: Across) -> list[str]:
+    dots = []
+    for k, value in enumerate(values):
+        if np.isfinite(value) and value > 0:
+            x, y = across(float(value)), _lift(k, 38)
+            dots.append(
+                f'<g data-pair="{k}"><circle cx="{x:.1f}" cy="{y:.1f}" r="2.6"'
+                f' fill="{FORWARD}" opacity=".6"><title>pair {escape(names[k])}'
+                "</title></circle></g>"
+            )
+    return dots
+
+
+def _mean_mark(values: FloatArray, color: str, y: float, across: Across) -> str:
     x = across(float(values.mean()))
-    mean = f'<path d="M{x:.1f} {y - 10}v20" stroke="{color}" stroke-width="2.5"/>'
-    return [dots, mean]
+    return f'<path d="M{x:.1f} {y - 10}v20" stroke="{color}" stroke-width="2.5"/>'
 
 
 def waveform_chart(

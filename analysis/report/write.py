@@ -168,6 +168,7 @@ def room_figures(study: RoomStudy, summary: Mapping[str, Any]) -> dict[str, str]
             metric.table_unit,
             metric.table_factor * values.mean(axis=1),
             metric.table_factor * room.unpaired[symbol],
+            [pair["pair"] for pair in summary["pairs"]],
         )
     return drawn
 

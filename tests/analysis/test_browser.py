@@ -163,10 +163,19 @@ def test_figures_follow_the_chosen_pair(page, report):
     assert page.run("document.querySelectorAll('tr.chosen').length") == 1
 
 
-def test_map_and_list_of_outliers_choose_pairs_too(page, report):
+def test_map_dots_and_list_of_outliers_choose_pairs_too(page, report):
     page.open(report, 1000)
+    for number in (2, 3):
+        marks = f"document.querySelectorAll('g[data-pair=\"{number}\"]')"
+        assert page.run(f"{marks}.length") > 3
+        page.run(
+            f"{marks}[{marks}.length - 1].dispatchEvent("
+            "new MouseEvent('click', {bubbles: true, cancelable: true}))"
+        )
+        said = page.run("document.querySelector('.detail h3').textContent")
+        assert said == f"Pair {number}"
     page.run(
-        "document.querySelectorAll('g[data-pair]')[3]"
+        "document.querySelectorAll('g[data-pair=\"3\"]')[0]"
         ".dispatchEvent(new MouseEvent('click', {bubbles: true, cancelable: true}))"
     )
     assert page.run("document.querySelector('.detail h3').textContent") == "Pair 3"

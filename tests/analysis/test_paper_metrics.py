@@ -1,5 +1,8 @@
 """The paper's flavour against independent references."""
 
+from importlib.resources import files
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -134,6 +137,12 @@ def test_every_metric_conforms(symbol):
         assert np.all(there[np.isfinite(there)] > 0)
         if metric.symmetric:
             np.testing.assert_allclose(there, back, rtol=1e-12)
+
+
+def test_every_metric_file_is_in_the_table():
+    folder = Path(str(files("analysis.metrics")))
+    entering = [p for p in folder.glob("*.py") if "METRICS.add(" in p.read_text()]
+    assert len(entering) == len(METRICS)
 
 
 def test_unknown_metric_names_the_known_ones():
