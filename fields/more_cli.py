@@ -1,5 +1,8 @@
 """The further commands of train-field."""
 
+from pathlib import Path
+from typing import Annotated
+
 import typer
 
 __all__ = ["more"]
@@ -27,3 +30,26 @@ def list_models() -> None:
         needs = "torch" if kind.neural else "–"
         table.add_row(name, kind.summary, kind.citation, needs)
     Console().print(table)
+
+
+@more.command("compare")
+def compare_models(
+    config: Annotated[Path, typer.Argument(help="YAML of the comparison.")],
+    out: Annotated[Path, typer.Option(help="Folder of results.")] = Path(
+        "runs/compare"
+    ),
+) -> None:
+    """Train models x forms x seeds and write tables with mean and spread.
+
+    Run again, it goes on where it stopped.
+    """
+    from rich.console import Console
+
+    from fields.compare import CompareConfig, compare
+    from rir.config import load_yaml
+
+    console = Console()
+    chosen = load_yaml(config, CompareConfig)
+    for table in compare(chosen, out, lambda line: console.print(line, soft_wrap=True)):
+        console.print(table.rich())
+    console.print(f"tables and plots: {out}")

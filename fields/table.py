@@ -88,6 +88,11 @@ _list(
     "Lan et al., Acoustic Volume Rendering, NeurIPS 2024",
 )
 _list(
+    "diffrir",
+    "traced reflections with learned walls, directivity and source",
+    "Wang et al., Hearing Anything Anywhere, CVPR 2024",
+)
+_list(
     "inras",
     "waveform decoder over bounce points (INRAS-style)",
     "Su, Chen and Shlizerman, INRAS, NeurIPS 2022",

@@ -16,6 +16,7 @@ from fields.data import FieldData
 from fields.frame import SceneFrame
 from fields.layers.direct import DirectPath, arrival, local_direction
 from fields.layers.encoding import Sinusoids
+from fields.layers.harmonics import harmonics
 from fields.layers.hash_grid import HashGrid
 from fields.layers.perceptron import perceptron
 from fields.pattern import fit_emitter_pattern
@@ -307,6 +308,13 @@ class Avr(nn.Module):
         """Return responses through a listener pattern, (batch, n_samples)."""
         points, features = self.evaluate(query, self.points(query, random))
         return self.gather(query, points, features, weighting)
+
+    def emitter_pattern(self) -> tuple[Tensor, Tensor] | None:
+        """Return directions and gains of the direct sound, if it is written out."""
+        if self.direct is None:
+            return None
+        directions = even_directions(256)
+        return directions, (harmonics(directions, 4) @ self.direct.pattern)[:, None]
 
     def training_loss(
         self, query: Query, target: Tensor, random: torch.Generator

@@ -28,11 +28,11 @@ def read_emitter_pattern(field: Any) -> GainPattern:
     field is asked on a small sphere round the middle of its box, and the energy
     round the direct delay is fitted by harmonics of degree 2.
     """
-    network = field.network
-    if network.direct is not None:
-        row = network.direct.pattern.detach().cpu().numpy().astype(np.float64)
-        return GainPattern(row[None], np.array([1000.0]))
-    return _from_sphere(field)
+    known = field.network.emitter_pattern()
+    if known is None:
+        return _from_sphere(field)
+    directions, gains = (one.detach().cpu().double().numpy() for one in known)
+    return GainPattern.fit(directions, gains.mean(axis=1), order=ORDER)
 
 
 def _from_sphere(field: Any) -> GainPattern:

@@ -11,7 +11,13 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-__all__ = ["LossWeights", "decay_levels", "spectral_distance", "waveform_loss"]
+__all__ = [
+    "LossWeights",
+    "decay_levels",
+    "multiscale_log_loss",
+    "spectral_distance",
+    "waveform_loss",
+]
 
 PHASOR_FLOOR = 1e-3
 DECAY_FLOOR = 1e-6
@@ -104,6 +110,19 @@ def spectral_distance(
         total = total + (ours.log() - theirs.log()).abs().mean()
         total = total + (ours - theirs).abs().mean()
     return total / max(len(usable), 1)
+
+
+def multiscale_log_loss(prediction: Tensor, target: Tensor) -> Tensor:
+    """Return DiffRIR's loss: log and linear magnitudes over four FFT lengths."""
+    longest = _largest_power(prediction.shape[-1])
+    total = prediction.new_zeros(())
+    for size in (256, 512, 1024, 2048):
+        ours, theirs = (
+            _magnitudes(one, min(size, longest)) for one in (prediction, target)
+        )
+        total = total + (ours.log() - theirs.log()).abs().mean()
+        total = total + (ours - theirs).abs().mean()
+    return total
 
 
 def _convergence(ours: Tensor, theirs: Tensor) -> Tensor:
