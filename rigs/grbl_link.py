@@ -97,7 +97,6 @@ class GrblLink:
     def _notice(self, word: Word) -> None:
         if isinstance(word, Banner):
             self.banner = word
-            self.reboots += 1
             self.offset = None
         elif isinstance(word, Feedback):
             self.messages.append(word.text)
@@ -127,6 +126,7 @@ class GrblLink:
     def raise_events(self, word: Word | None) -> None:
         """Raise a banner or an alarm as the error it is."""
         if isinstance(word, Banner):
+            self.reboots += 1
             raise RebootError(
                 "the controller restarted by itself (power loss, reset button or "
                 "interference); its position is lost; home it again"
