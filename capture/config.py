@@ -191,6 +191,16 @@ class SessionConfig(Config):
     simulation: Simulation | None = Simulation()
 
     @model_validator(mode="after")
+    def _band_fits(self) -> "SessionConfig":
+        high, limit = self.sweep.band_hz[1], 0.47 * self.sample_rate
+        if high > limit:
+            raise ValueError(
+                f"sweep.band_hz goes up to {high:g} Hz; at {self.sample_rate} Hz "
+                f"it can reach {limit:g} Hz"
+            )
+        return self
+
+    @model_validator(mode="after")
     def _ids_differ(self) -> "SessionConfig":
         ids = [pair.id for pair in self.pairs]
         twice = sorted({name for name in ids if ids.count(name) > 1})

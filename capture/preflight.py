@@ -279,7 +279,10 @@ def lock_settings(config: SessionConfig, found: Preflight) -> dict[str, Any]:
         "device": device,
         "sample_rate": config.sample_rate,
         "channels": config.channels.model_dump(mode="json"),
-        "sweep": {"amplitude_dbfs": found.amplitude_dbfs},
+        "sweep": {
+            "amplitude_dbfs": found.amplitude_dbfs,
+            "band_hz": list(config.sweep.band_hz),
+        },
         "calibration": config.calibration.model_dump(mode="json")
         | ({"pascal_per_unit": found.pascal_per_unit} if found.pascal_per_unit else {}),
     }

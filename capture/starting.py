@@ -26,6 +26,10 @@ __all__ = [
 ]
 
 
+HIGHEST_SHARE = 0.42
+"""Upper end of the default band over the sample rate, at low rates."""
+
+
 @dataclass(frozen=True)
 class Request:
     """What a person asked for on the command line.
@@ -70,6 +74,8 @@ def plan_session(request: Request) -> SessionConfig:
     if request.config is not None:
         data = merge(data, _read(request.config))
     data = merge(data, request.settings)
+    rate = data.get("sample_rate", 48000)
+    data["sweep"].setdefault("band_hz", [40.0, min(20000.0, HIGHEST_SHARE * rate)])
     pairs = _pairs(request, room)
     data |= {"room": room.model_dump(mode="json"), "seed": request.seed}
     data["pairs"] = [pair.model_dump() for pair in pairs]
