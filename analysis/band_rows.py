@@ -45,6 +45,8 @@ CHUNK = 4
 """Responses transformed at once; more leave the cache."""
 CURVE_POINTS = 640
 """Points of a band's curve; its own scatter is wider than their steps."""
+CLEARANCE = 5.0
+"""A band's late energy must exceed what lies behind the crossing so many times."""
 SPLIT_NAMES = (C50, C80, DRR)
 POINTS = 2048
 """A band's envelope has at least as many samples."""
@@ -303,7 +305,7 @@ def read_band(
 
 def _refuse_short(band: Band, answer: Answer) -> None:
     times = answer.values[EDT : T30 + 1]
-    known = [time for time in (times[2], times[1], answer.facts[LATE]) if time > 0.0]
+    known = [t for t in (*times[:0:-1], answer.facts[LATE]) if t > 0.0]
     product = band.width * known[0]
     if product < SAFE_PRODUCT:
         answer.flag(words.SHORT_BT)
@@ -335,8 +337,10 @@ def read_splits(
         early = float(before) - curve.noise * cut * slower
         end = int((layout.lead + cut + gates.reach) * slower)
         late = float(behind) - hiss
-        if end < curve.end or late > 6.0 * doubt:
+        if end < curve.end:
             late += curve.after(end, onset)
+        elif late > 6.0 * doubt:
+            late /= 1.0 - _share_left(answer, gates.reach / layout.rate)
         else:
             late = curve.after(int((layout.lead + cut) * slower + 0.5), onset)
         if early <= 0.0:
@@ -345,6 +349,12 @@ def read_splits(
         if early > 30.0 * late and answer.reasons[T30] == words.BANDWIDTH_SHORT:
             answer.reasons[name] = words.BANDWIDTH_SHORT
             continue
-        read_ratio(early + late, late, curve.tail, name, answer)
+        read_ratio(early + late, late, CLEARANCE * curve.tail, name, answer)
         if name == C50:
             answer.values[D50] = min(max(early / (early + late), 0.0), 1.0)
+
+
+def _share_left(answer: Answer, time: float) -> float:
+    """Return the share of energy that a decay keeps after a time [s]."""
+    known = [t for t in (*answer.values[T30:EDT:-1], answer.facts[LATE]) if t > 0.0]
+    return 10.0 ** (-6.0 * time / known[0])

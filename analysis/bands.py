@@ -32,9 +32,9 @@ def band_parameters(
     sample_rate : float
         Samples per second [Hz].
     centers : array_like, shape (n_bands,)
-        Nominal band centres [Hz]; a spacing below 0.6 octaves means third octaves.
+        Nominal band centres [Hz].
     fraction : {None, 1, 3}
-        1 for octaves, 3 for third octaves; None: told from the spacing.
+        1 for octaves, 3 for third octaves; None: thirds if one centre is no octave's.
     zero_phase : bool
         Filter forward and backward: twice the attenuation of one pass. Bands have no
         delay either way.

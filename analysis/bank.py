@@ -103,7 +103,7 @@ def exact_centers(centers: ArrayLike, fraction: int) -> FloatArray:
 def bands_of(
     centers: Sequence[float] | ArrayLike, fraction: int | None, *, zero_phase: bool
 ) -> tuple[Band, ...]:
-    """Return bands at nominal centres; their spacing tells octaves from thirds.
+    """Return bands at nominal centres; thirds if one of them is no octave's.
 
     Raises
     ------
@@ -116,8 +116,8 @@ def bands_of(
     if not np.all(np.isfinite(nominal) & (nominal > 0.0)):
         raise SignalError(f"band centres must be positive Hz, not {nominal.tolist()}")
     if fraction is None:
-        ratios = np.abs(np.diff(np.log2(nominal)))
-        fraction = 3 if ratios.size and ratios.min() < 0.6 else 1
+        octaves = np.log(nominal / 1000.0) / np.log(RATIO)
+        fraction = 1 if np.all(np.abs(octaves - np.round(octaves)) < 0.1) else 3
     if fraction not in (1, 3):
         raise SignalError(f"bands are octaves (1) or thirds (3), not 1/{fraction}")
     exact = exact_centers(nominal, fraction)

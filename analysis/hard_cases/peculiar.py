@@ -272,7 +272,12 @@ def _clicks(rng: Rng) -> Cases:
 
 
 @CASES.add("random")
-def random_mixtures(rng: Rng, count: int = 80) -> Cases:
+def random_group(rng: Rng) -> Cases:
+    """Draw 80 mixtures."""
+    yield from random_mixtures(rng, 80)
+
+
+def random_mixtures(rng: Rng, count: int) -> Cases:
     """Mixtures drawn at random: rates, times, slopes, floors, direct sounds, delays."""
     for number in range(count):
         time = float(np.exp(rng.uniform(np.log(0.15), np.log(3.0))))

@@ -1,0 +1,104 @@
+"""How robust are the room-acoustic parameters? Score them on the hard cases.
+
+Rule: a value within its tight tolerance counts 1, within the just noticeable
+difference 0.5, missing 0; wrong, or a number where none can be known, or a crash -1.
+"""
+
+import argparse
+import json
+import sys
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from analysis import acoustic_parameters, band_parameters
+from analysis.hard_cases import CASES, Score, score_cases
+from analysis.hard_cases.bands import OCTAVES, THIRDS, score_bands
+from analysis.hard_cases.peculiar import random_mixtures
+
+
+def score_groups(seed: int, *, quick: bool) -> dict[str, Score]:
+    scores = {}
+    for name, make in CASES.items():
+        rng = np.random.default_rng(seed)
+        cases = random_mixtures(rng, 20) if quick and name == "random" else make(rng)
+        scores[name] = score_cases(acoustic_parameters, cases)
+    fresh = 20 if quick else 300
+    for draw in (1, 2, 3):
+        cases = random_mixtures(np.random.default_rng(seed + draw), fresh)
+        scores[f"fresh {draw}"] = score_cases(acoustic_parameters, cases)
+    for name, centers in (("octaves", OCTAVES), ("thirds", THIRDS)):
+        if not quick:
+            rng = np.random.default_rng(seed)
+            scores[name] = score_bands(band_parameters, centers, rng)
+    return scores
+
+
+def total_of(scores: dict[str, Score]) -> float:
+    groups = [scores[name] for name in CASES]
+    return sum(s.percent * s.values for s in groups) / sum(s.values for s in groups)
+
+
+def show(scores: dict[str, Score], console: Console, remarks: int) -> None:
+    table = Table(
+        "group",
+        "score",
+        "values",
+        "tight",
+        "jnd",
+        "missing",
+        "wrong",
+        "false",
+        "crash",
+        "flags",
+        "alarms",
+    )
+    for name, score in scores.items():
+        counts = [
+            str(score.verdicts[k])
+            for k in ("tight", "jnd", "missing", "wrong", "false", "crash")
+        ]
+        table.add_row(
+            name,
+            f"{score.percent:.2f}",
+            str(score.values),
+            *counts,
+            f"{score.flagged}/{score.due}",
+            f"{score.alarms}/{score.calm}",
+        )
+    console.print(table)
+    for name, score in scores.items():
+        for remark in score.remarks[:remarks]:
+            console.print(f"{name}: {remark}", highlight=False, markup=False)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="few random mixtures")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--remarks", type=int, default=0, help="misses to print")
+    parser.add_argument(
+        "--out", type=Path, default=Path("results/analysis_scores.json")
+    )
+    options = parser.parse_args(argv)
+    warnings.simplefilter("error")
+    scores = score_groups(options.seed, quick=options.quick)
+    console = Console(width=110)
+    show(scores, console, options.remarks)
+    groups = [scores[name] for name in CASES]
+    recall = sum(s.flagged for s in groups) / max(sum(s.due for s in groups), 1)
+    alarms = sum(s.alarms for s in groups) / max(sum(s.calm for s in groups), 1)
+    summary = {"total": total_of(scores), "recall": recall, "false_alarms": alarms}
+    console.print({key: round(value, 4) for key, value in summary.items()})
+    options.out.parent.mkdir(parents=True, exist_ok=True)
+    rows = {name: {"percent": s.percent, **s.verdicts} for name, s in scores.items()}
+    options.out.write_text(json.dumps(summary | {"groups": rows}, indent=1))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
