@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from rir import Poses
 from rir.errors import SignalError
+from rir.response import check_sample_rate
 from rooms.effort import Target, parse_accuracy, spread_errors
 from rooms.geometry import Shoebox
 from rooms.plan import Plan, plan_effects
@@ -186,7 +187,7 @@ class _Run:
 
 def estimated_errors(sound: Sound) -> dict[str, float]:
     """Return the standard errors of what was traced; zero where nothing was."""
-    if sound.traced is None:
+    if sound.traced is None or not len(sound.listeners):
         kinds = ("level_db", "clarity_db", "reverberation_percent")
         return dict.fromkeys((*kinds, "early_decay_percent"), 0.0)
     histogram, step = sound.traced, sound.traced.time_step
@@ -209,14 +210,14 @@ def make_budget(
     seed: int,
 ) -> Budget:
     """Return a checked budget."""
-    if not (sample_rate > 0 and np.isfinite(sample_rate)):
-        raise SignalError(f"sample rate must be positive, not {sample_rate} Hz")
-    count = round(duration * sample_rate) if np.isfinite(duration) else 0
+    rate = check_sample_rate(sample_rate)
+    count = round(duration * rate) if np.isfinite(duration) else 0
     if count < 1:
-        raise SignalError(
-            f"a duration of {duration} s at {sample_rate} Hz holds no sample"
-        )
-    return Budget(int(sample_rate), count, max_order, rays, seed)
+        raise SignalError(f"a duration of {duration} s at {rate} Hz holds no sample")
+    for what, value, least in (("order", max_order, 0), ("number of rays", rays, 1)):
+        if value is not None and not value >= least:
+            raise SignalError(f"the {what} must be {least} or more, not {value}")
+    return Budget(rate, count, max_order, rays, seed % 2**63)
 
 
 def run_plan(
