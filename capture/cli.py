@@ -85,6 +85,12 @@ def capture_pairs(
     loopback_output: Annotated[
         int | None, _option("--loopback-output", text="Output that feeds the loopback.")
     ] = None,
+    thermometer: Annotated[
+        str | None,
+        _option(
+            "--thermometer", text="File whose last line is the temperature, or ask."
+        ),
+    ] = None,
     closure: Annotated[
         bool, typer.Option("--closure", help="Repeat the first direction at the end.")
     ] = False,
@@ -172,6 +178,7 @@ def capture_pairs(
             "rig": rig or ("manual" if device else None),
             "interface": "portaudio" if device else None,
             "closure": closure or None,
+            "thermometer": thermometer,
             "device": {"name": device, "host_api": host_api},
             "channels": channel_settings(inputs, loopback, outputs, loopback_output),
             "sweep": {"seconds": sweep_seconds},

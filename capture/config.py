@@ -183,6 +183,7 @@ class SessionConfig(Config):
     placement_sigma_mm: Annotated[float, Field(ge=0)] | None = None
     gains: Gains = Gains()
     calibration: Calibration = Calibration()
+    thermometer: str | None = None
     settle_s: Annotated[float, Field(ge=0)] = 2.0
     interface: str = "simulated"
     rig: str = "simulated"

@@ -12,7 +12,13 @@ from capture.config import SessionConfig, Simulation
 from capture.interfaces import INTERFACES, AudioInterface, Surroundings
 from capture.movers import Mover, Person, RigPair
 from capture.placement import PlacedWorld
-from capture.sensors import AirSensor, NoSensor, SimulatedAir
+from capture.sensors import (
+    AirSensor,
+    AskedAir,
+    FileSensor,
+    NoSensor,
+    SimulatedAir,
+)
 from rigs import (
     Carriers,
     Clock,
@@ -89,11 +95,6 @@ def set_stage(
     if config.interface == "simulated":
         world = PlacedWorld(build_world(config), config)
     clock = VirtualClock() if config.rig == "simulated" else SystemClock()
-    sensor: AirSensor = NoSensor()
-    if world is not None and config.simulation is not None:
-        sigma = config.simulation.temperature_sigma_c
-        air = _air(config.room)
-        sensor = SimulatedAir(world, air, sigma_c=sigma, seed=config.seed)
     around = Surroundings(world, on_progress)
     mover = build_mover(config, world=world, clock=clock, voice=voice, note=note)
     if mover.simulated:
@@ -101,10 +102,25 @@ def set_stage(
     return Stage(
         mover,
         lambda: INTERFACES[config.interface].open(config, around),
-        sensor,
+        build_sensor(config, world, voice),
         clock,
         world,
     )
+
+
+def build_sensor(
+    config: SessionConfig, world: PlacedWorld | None, voice: Voice | None
+) -> AirSensor:
+    """Return what reads the air: a file, the operator, the simulation, or nobody."""
+    tell = voice.say if voice else _unheard
+    if config.thermometer == "ask" and voice is not None:
+        return AskedAir(voice.ask)
+    if config.thermometer not in (None, "ask"):
+        return FileSensor(Path(str(config.thermometer)), tell)
+    if world is None or config.simulation is None:
+        return NoSensor()
+    sigma = config.simulation.temperature_sigma_c
+    return SimulatedAir(world, _air(config.room), sigma_c=sigma, seed=config.seed)
 
 
 def build_mover(
