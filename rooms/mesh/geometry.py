@@ -284,7 +284,7 @@ class MeshGeometry:
         """Tell which points, shape (N, 3), are in free sight of one; all local."""
         from rooms.mesh.hits import free_ways
 
-        starts = np.broadcast_to(point, others.shape)
+        starts = np.broadcast_to(point, others.shape).copy()
         tree, panel = self.hierarchy.arrays, self.panels.of_face
         return free_ways(tree, panel, starts, others, 1e-9 * self.diagonal)
 
@@ -293,7 +293,7 @@ class MeshGeometry:
         from rooms.mesh.hits import free_ways
 
         starts, ends = self.localised(a), self.localised(b)
-        starts, ends = np.broadcast_arrays(starts, ends)
+        starts, ends = (part.copy() for part in np.broadcast_arrays(starts, ends))
         tree, panel = self.hierarchy.arrays, self.panels.of_face
         return free_ways(tree, panel, starts, ends, 1e-9 * self.diagonal)
 

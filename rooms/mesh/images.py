@@ -175,7 +175,7 @@ def find_paths(
     )
     if max_length < np.inf:
         held &= out[0] <= max_length
-    rows = arrange(who, held, out[0], out[4], len(ends), 1e3 * slack)
+    rows = arrange(who, held, out[0], out[4], len(ends), slack)
     faces = out[3][rows]
     surfaces = np.append(geometry.face_surface, -1).astype(np.int32)[faces]
     return Paths(

@@ -41,12 +41,14 @@ def cut_ears(polygon: ArrayLike) -> tuple[FloatArray, NDArray[np.int64]]:
     area = float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
     if not np.isfinite(area) or area == 0:
         raise SceneError("the floor polygon has no area")
+    if _crosses_itself(corners):
+        raise SceneError("the floor polygon crosses itself")
     corners = corners if area > 0 else corners[::-1].copy()
     left, triangles = list(range(len(corners))), []
     while len(left) > 3:
         ear = next((k for k in range(len(left)) if _is_ear(corners, left, k)), None)
         if ear is None:
-            raise SceneError("the floor polygon crosses itself")
+            raise SceneError("the floor polygon touches itself")
         triangles.append(_around(left, ear))
         del left[ear]
     return corners, np.array([*triangles, left], dtype=np.int64)
@@ -58,6 +60,18 @@ def _around(left: list[int], k: int) -> list[int]:
 
 def _cross(o: FloatArray, a: FloatArray, b: FloatArray) -> float:
     return float((a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0]))
+
+
+def _crosses_itself(corners: FloatArray) -> bool:
+    n = len(corners)
+    ends = np.roll(corners, -1, axis=0)
+    for i in range(n):
+        for j in range(i + 2, n - (i == 0)):
+            a, b, c, d = corners[i], ends[i], corners[j], ends[j]
+            apart = _cross(a, b, c) * _cross(a, b, d)
+            if apart < 0 and _cross(c, d, a) * _cross(c, d, b) < 0:
+                return True
+    return False
 
 
 def _is_ear(corners: FloatArray, left: list[int], k: int) -> bool:

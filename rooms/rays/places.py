@@ -12,7 +12,7 @@ from rooms.mesh.nearness import distances
 __all__ = ["Places", "find_places"]
 
 FloatArray = NDArray[np.float64]
-_LARGEST, _SHARE, _SMALLEST = 1.0, 0.25, 0.3
+_LARGEST, _SHARE, _SMALLEST = 2.0, 0.25, 0.3
 _PROBES = 512
 
 
@@ -48,7 +48,7 @@ class Places:
 def find_places(geometry: MeshGeometry, points: ArrayLike) -> Places:
     """Return places with balls as large as the walls allow.
 
-    A ball reaches to the nearest surface, at most 1 m or a quarter of the cube root
+    A ball reaches to the nearest surface, at most 2 m or a quarter of the cube root
     of the volume; close to surfaces it does not shrink below 0.3 of that but counts
     only what its centre sees.
     """

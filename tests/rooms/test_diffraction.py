@@ -1,0 +1,119 @@
+import numpy as np
+import pytest
+
+from rir.errors import SceneError
+from rooms.diffraction import diffracted_paths, find_edges
+from rooms.diffraction.btm import wedge_pressure
+from rooms.diffraction.utd import diffraction_coefficient
+from rooms.mesh import MeshGeometry, find_paths
+
+C = 343.2
+OCTAVES = 125.0 * 2 ** np.arange(7)
+FLOOR = [(0, 0), (6, 0), (6, 2.5), (3, 2.5), (3, 5), (0, 5)]
+HORSESHOE = [(0, 0), (8, 0), (8, 6), (5.5, 6), (5.5, 3), (2.5, 3), (2.5, 6), (0, 6)]
+OPTIONS = {"bands": OCTAVES, "speed_of_sound": C}
+
+
+def utd(opening, one, other, near=2.0, far=2.0, frequencies=OCTAVES):
+    k = 2 * np.pi * frequencies / C
+    bend = diffraction_coefficient(
+        opening, one, other, 1.0, near * far / (near + far), k
+    )
+    wave = np.exp(-1j * k * (near + far))
+    return bend * wave / np.sqrt(near * far * (near + far))
+
+
+@pytest.mark.parametrize("opening", [2 * np.pi, 1.5 * np.pi])
+@pytest.mark.parametrize("one", [0.05, 0.3, np.pi / 4, 1.2])
+def test_utd_is_within_a_third_of_a_decibel_of_btm_in_the_shadow(opening, one):
+    for other in np.linspace(np.pi + one + 0.02, opening - 0.02, 12):
+        exact = wedge_pressure(opening, (2, one, 0), (2, other, 0), OCTAVES, C)
+        error = 20 * np.log10(np.abs(utd(opening, one, other) / exact))
+        assert np.abs(error).max() < 0.3
+
+
+@pytest.mark.parametrize("opening", [2 * np.pi, 1.5 * np.pi])
+def test_utd_is_close_to_btm_in_the_light(opening):
+    for other in np.linspace(0.1, np.pi + 0.25, 12):
+        exact = wedge_pressure(opening, (2, 0.3, 0), (2, other, 0), OCTAVES, C)
+        straight = np.sqrt(8 - 8 * np.cos(other - 0.3))
+        error = np.abs(utd(opening, 0.3, other) - exact) * straight
+        assert error.max() < 10 ** (0.3 / 20) - 1
+
+
+def test_pressure_is_continuous_across_the_shadow_boundary():
+    k = 2 * np.pi * OCTAVES / C
+    total = []
+    for other in np.pi + 0.8 + np.array([-1e-4, 1e-4]):
+        lit = other - 0.8 < np.pi
+        distance = np.sqrt(8 - 8 * np.cos(other - 0.8))
+        direct = np.exp(-1j * k * distance) / distance if lit else 0
+        total.append(utd(2 * np.pi, 0.8, other) + direct)
+    np.testing.assert_allclose(total[0], total[1], atol=2e-3)
+
+
+def test_on_the_shadow_boundary_half_the_pressure_is_left_at_high_frequency():
+    bent = np.abs(utd(2 * np.pi, 0.8, np.pi + 0.8, frequencies=np.array([16_000.0])))
+    np.testing.assert_allclose(20 * np.log10(4 * bent), -6, atol=0.3)
+
+
+def test_exchanging_the_ends_changes_no_bit():
+    room = MeshGeometry.extruded(HORSESHOE, 3)
+    a, b = [1, 5, 1], [7, 5, 1.5]
+    there = diffracted_paths(room, a, [b], **OPTIONS)
+    back = diffracted_paths(room, b, [a], **OPTIONS)
+    assert there.order.tolist() == [2]
+    np.testing.assert_allclose(back.length, there.length, rtol=1e-12)
+    np.testing.assert_allclose(back.gain, there.gain, rtol=1e-10)
+    np.testing.assert_allclose(back.departure, there.arrival, atol=1e-9)
+
+
+def test_way_around_a_corner_unfolds_to_the_shortest():
+    room = MeshGeometry.extruded(FLOOR, 3)
+    ways = diffracted_paths(room, [1, 4.5, 1], [[5.5, 1, 1.5]], **OPTIONS)
+    flat = np.hypot(2, 2) + np.hypot(2.5, 1.5)
+    np.testing.assert_allclose(ways.length, np.hypot(flat, 0.5))
+    assert ways.order.tolist() == [1]
+    assert len(find_paths(room, [1, 4.5, 1], [[5.5, 1, 1.5]], max_order=0)) == 0
+
+
+def test_convex_rooms_have_no_edges_and_no_ways():
+    room = MeshGeometry.box((6, 5, 3))
+    assert len(find_edges(room)) == 0
+    ways = diffracted_paths(room, [1, 1, 1], [[5, 4, 2]], **OPTIONS)
+    assert len(ways) == 0
+    assert ways.gain.shape == (0, 7)
+
+
+def test_screen_bends_at_its_free_rim_only():
+    box = MeshGeometry.box((6, 5, 3))
+    screen = np.array([[3, 0, 0], [3, 3, 0], [3, 3, 3], [3, 0, 3]])
+    vertices = np.concatenate([box.vertices + box.origin, screen])
+    faces = np.concatenate([box.faces, [[8, 9, 10], [8, 10, 11]]])
+    room = MeshGeometry.from_arrays(vertices, faces)
+    rims = find_edges(room, least_opening_deg=300)
+    assert len(rims) == 1
+    ways = diffracted_paths(room, [1, 1, 1], [[5, 1, 1.2]], **OPTIONS)
+    np.testing.assert_allclose(ways.length, [np.hypot(2 * np.hypot(2, 2), 0.2)])
+    level = 20 * np.log10(np.abs(ways.gain[0]) * np.hypot(4, 0.2))
+    fresnel = 2 * (2 * np.hypot(2, 2) - 4) / (C / OCTAVES)
+    root = np.sqrt(2 * np.pi * fresnel)
+    maekawa = -5 - 20 * np.log10(root / np.tanh(root))
+    np.testing.assert_allclose(level, maekawa, atol=1.5)
+
+
+def test_absorbing_faces_bend_less_than_rigid_ones():
+    room = MeshGeometry.extruded(FLOOR, 3)
+    places = [1, 4.5, 1], [[5.5, 1, 1.5]]
+    rigid = diffracted_paths(room, *places, **OPTIONS)
+    soft = diffracted_paths(
+        room, *places, **OPTIONS, reflection=np.full((room.surfaces, 7), 0.3)
+    )
+    assert np.all(np.abs(soft.gain) < np.abs(rigid.gain))
+
+
+def test_more_than_two_edges_are_refused():
+    with pytest.raises(SceneError, match="1 or 2 edges"):
+        diffracted_paths(
+            MeshGeometry.box((1, 1, 1)), [0.5] * 3, [[0.5] * 3], **OPTIONS, max_order=3
+        )
