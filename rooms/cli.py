@@ -128,7 +128,7 @@ def _carry_out(
 
     from rooms.display import describe_scene, error_line, plan_table
     from rooms.plan import plan_effects
-    from rooms.simulate import simulate
+    from rooms.simulation import simulate
 
     console = Console()
     console.print(describe_scene(scene))

@@ -19,7 +19,7 @@ from rir.physics import decibels
 from rir.records import software_version
 from rooms.geometry import Shoebox
 from rooms.scene import Scene
-from rooms.simulate import simulate
+from rooms.simulation import simulate
 
 __all__ = ["Curve", "measure_knobs"]
 

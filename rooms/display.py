@@ -11,7 +11,7 @@ from rooms.scene import Scene
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from rooms.simulate import Simulation
+    from rooms.simulation import Simulation
 
 __all__ = ["cost_table", "describe_scene", "error_line", "plan_table"]
 

@@ -19,7 +19,7 @@ from rooms.builtin import load_scene
 from rooms.layout import Block, Layout, paper_layout, with_gains
 from rooms.plan import Plan, plan_effects
 from rooms.scene import Scene
-from rooms.simulate import simulate
+from rooms.simulation import simulate
 
 __all__ = ["Recipe", "make_dataset"]
 
@@ -41,7 +41,7 @@ class Recipe:
     emitters, unseen, listeners, gains, fewer
         See `rooms.layout.paper_layout`.
     max_order, rays : int or None
-        See `rooms.simulate`.
+        See `rooms.simulation`.
     seed : int
         Key of the places and of everything random.
     """

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from rir import Poses
 from rir.errors import SignalError
 from rooms.scene import Scene
-from rooms.simulate import simulate
+from rooms.simulation import simulate
 
 __all__ = ["render_moving"]
 

@@ -10,7 +10,7 @@ from rir import GainPattern, Pose, Poses, RoomSpec
 from rir.errors import DatasetError, SceneError
 from rooms.plan import plan_effects
 from rooms.scene import Scene
-from rooms.simulate import make_budget, run_plan
+from rooms.simulation import make_budget, run_plan
 from rooms.sound import Sound
 
 __all__ = ["AnyWorld", "MeasuredWorld", "World"]

@@ -8,7 +8,7 @@ import numpy as np
 from rir import Poses
 from rir.errors import ConfigError
 from rooms.scene import Scene
-from rooms.simulate import Simulation
+from rooms.simulation import Simulation
 
 __all__ = ["write_simulation"]
 

@@ -13,7 +13,7 @@ from rooms.builtin import load_scene
 from rooms.dataset_cli import main
 from rooms.factory import Recipe, make_dataset
 from rooms.layout import paper_layout
-from rooms.simulate import simulate
+from rooms.simulation import simulate
 
 SMALL = Recipe("kitchen", sample_rate=8000, duration=0.05, emitters=2, unseen=1,
                listeners=150)  # fmt: skip
