@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.config import SessionConfig
-from rir import SessionError
+from rir import SessionError, SignalError
 from rir.audio import read_audio, write_audio
 from rir.config import dump_yaml, load_yaml
 
@@ -106,12 +106,17 @@ class SessionFolder:
 
         Raises
         ------
-        SignalError
+        SessionError
             If the disk does not take it; nothing half-written stays.
         """
         suffix, subtype = lossless_format(samples)
         path = self.raw_path / f"{take}{suffix}"
-        write_audio(path, samples, sample_rate, subtype)
+        try:
+            write_audio(path, samples, sample_rate, subtype)
+        except SignalError as error:
+            raise SessionError(
+                f"{error}; free some space and run again: the session resumes"
+            ) from error
         sync_folder(self.raw_path)
         return path
 

@@ -12,7 +12,8 @@ from capture.journal import read_journal
 from capture.recover import recover
 from capture.session import Session
 from capture.stage import set_stage
-from rir import Dataset, InterfaceError, SessionError
+from rir import Dataset, InterfaceError, SessionError, SignalError
+from rir.audio import write_audio
 
 MakeSession = Callable[..., Session]
 
@@ -136,6 +137,93 @@ def test_a_failing_device_is_closed_and_opened_again(make_session: MakeSession) 
     assert opened[0].closed
     assert events(session, "take_failed")[0]["reason"] == "the device has gone"
     assert events(session, "take_finished")[0]["take"] == "P01_AB_2"
+
+
+def test_a_full_disk_stops_the_session_and_it_resumes(
+    make_session: MakeSession, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session = make_session()
+    written: list[Path] = []
+
+    def full(path: Path, *rest: Any) -> Path:
+        if written:
+            raise SignalError(f"cannot write {path}: No space left on device")
+        written.append(write_audio(path, *rest))
+        return written[0]
+
+    with monkeypatch.context() as patch:
+        patch.setattr("capture.folder.write_audio", full)
+        with pytest.raises(SessionError, match="No space left.*free some space"):
+            session.run()
+    assert "No space left" in events(session, "stopped")[0]["reason"]
+    session.journal.close()
+    again = make_session(folder=session.folder)
+    assert recover(again) == []
+    assert again.run() == []
+    names = [event["take"] for event in events(again, "take_finished")]
+    assert names == ["P01_AB_1", "P01_BA_1"]
+
+
+def test_a_device_vanishing_in_mid_take_fails_that_take_alone(
+    make_session: MakeSession,
+) -> None:
+    fault = {"kind": "vanish", "takes": "P01_BA_1", "at_s": 0.7}
+    session = make_session(simulation={"faults": [fault]})
+    assert session.run() == []
+    [failed] = events(session, "take_failed")
+    assert failed["take"] == "P01_BA_1"
+    assert "vanished 0.7 s into the take" in failed["reason"]
+    assert [take.name for take in session.state.accepted("P01_BA")] == ["P01_BA_2"]
+
+
+def test_a_broken_set_up_stops_the_session(make_session: MakeSession) -> None:
+    fault = {"kind": "vanish", "takes": "*", "at_s": 0.7}
+    session = make_session(pairs=3, retakes=0, simulation={"faults": [fault]})
+    with pytest.raises(SessionError, match="3 directions in a row got no good take"):
+        session.run()
+    assert len(events(session, "take_failed")) == 3
+
+
+def test_other_gains_in_the_second_direction_are_refused(
+    make_session: MakeSession,
+) -> None:
+    session = make_session(gains={"preamp_db": 20.0})
+    flaky(session, P01_BA_1=KeyboardInterrupt())
+    with pytest.raises(KeyboardInterrupt):
+        session.run()
+    session.journal.close()
+    path = session.folder.config_path
+    path.write_text(path.read_text().replace("preamp_db: 20.0", "preamp_db: 26.0"))
+    again = make_session(folder=session.folder)
+    with pytest.raises(
+        SessionError, match=r"P01_BA would be recorded with gains.*26\.0"
+    ):
+        again.run()
+
+
+def test_closure_repeats_the_first_direction_at_the_end(
+    make_session: MakeSession,
+) -> None:
+    session = make_session(pairs=2, closure=True)
+    assert session.run() == []
+    assert events(session, "take_finished")[-1]["take"] == "P01_AB-closure_1"
+    [closure] = events(session, "closure_judged")
+    assert closure["takes"] == ["P01_AB_1", "P01_AB-closure_1"]
+    assert closure["stretch_ppm"] == 0
+    assert len(Dataset.open(build_dataset(session.folder))) == 4
+
+
+def test_every_pair_is_judged(make_session: MakeSession) -> None:
+    session = make_session(pairs=2, simulation={"noise_db": -40.0})
+    session.run()
+    judged = events(session, "pair_judged")
+    assert [event["pair"] for event in judged] == ["P01", "P02"]
+    for event in judged:
+        measured, predicted = (
+            np.array(event[f"{k}_db"]) for k in ("measured", "predicted")
+        )
+        np.testing.assert_allclose(measured, predicted, atol=3.0)
+        assert event["doubts"] == []
 
 
 def test_an_interrupt_leaves_a_session_that_resumes_to_the_same_data(
