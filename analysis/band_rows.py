@@ -1,12 +1,12 @@
 """Bands of several responses at once: one transform, narrow envelopes, gated splits."""
 
+import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.bank import Band, cached_weights, cached_window
+from analysis.bank import Band
 from analysis.decay import words
 from analysis.decay.answer import (
     C50,
@@ -16,16 +16,19 @@ from analysis.decay.answer import (
     EDT,
     LATE,
     ONSET,
+    T20,
     T30,
     TS,
     Answer,
     Answers,
 )
-from analysis.decay.curve import direct_end, envelope_energy
+from analysis.decay.curve import direct_end
 from analysis.decay.lines import LEAST_RANGE, DecayCurve, read_ratio, read_times
 from analysis.decay.noise import fit_decay
 from analysis.decay.response import DIRECT_REACH, find_decay, prepare, sample_at
 from analysis.decay.scan import find_stop, largest, locate
+from analysis.envelopes import Layout, band_envelopes, fast_length, transform
+from analysis.gates import RINGING, Gates, gated_energies
 
 __all__ = ["analyse_bands"]
 
@@ -37,8 +40,6 @@ LEAST_PRODUCT = 12.5
 """Below this, found on a value that scatters itself, the filter decays slower."""
 LEAD = 0.6
 """The band's energy is summed from this many 1/B before the direct sound."""
-RINGING = 1.5
-"""Room left around a response for the narrowest band to ring in [1/B]."""
 WINDOW_FLOOR = 3e-8
 """Below this share of the peak, an envelope shows the window's own ripple."""
 CHUNK = 4
@@ -48,8 +49,6 @@ CURVE_POINTS = 640
 CLEARANCE = 5.0
 """A band's late energy must exceed what lies behind the crossing so many times."""
 SPLIT_NAMES = (C50, C80, DRR)
-POINTS = 2048
-"""A band's envelope has at least as many samples."""
 
 
 @dataclass(frozen=True)
@@ -72,19 +71,6 @@ class Located:
     direct: int
     late_time: float
     answers: Answers
-
-
-@dataclass(frozen=True)
-class Layout:
-    """Where the responses of a chunk stand in their transform."""
-
-    rate: float
-    lead: int
-    length: int
-
-    def envelope_size(self, bins: int) -> int:
-        """Return the samples of an envelope of some bins."""
-        return fast_length(max(bins, min(2 * bins, POINTS)))
 
 
 def analyse_bands(
@@ -121,9 +107,9 @@ def locate_response(samples: FloatArray, rate: float, energy: FloatArray) -> Loc
     offset, peak = scale
     kept = (samples[onset:stop] - offset) / peak
     direct = direct_end(energy, onset, stop, sample_at(DIRECT_REACH, rate)) - onset
-    slow = np.nanmin(fit.theta[[2, 4]][np.isfinite(fit.theta[[2, 4]])])
-    late = 6.0 * np.log(10.0) / np.exp(slow) * fit.width / rate
-    return Located(kept, direct, float(late), answers)
+    slow = fit.theta[2] if fit.theta[4] == -np.inf else fit.theta[4]
+    late = 6.0 * math.log(10.0) / math.exp(slow) * fit.width / rate
+    return Located(kept, direct, late, answers)
 
 
 def _copy_flags(
@@ -152,7 +138,12 @@ def analyse_chunk(
     for row, place in zip(padded, located, strict=True):
         row[lead : lead + len(place.samples)] = place.samples
     spectra = transform(padded)
-    gates = gated_energies(located, rate, bands)
+    gates = gated_energies(
+        [place.samples for place in located],
+        [place.direct for place in located],
+        rate,
+        bands,
+    )
     for number, band in enumerate(bands):
         if band.upper > 0.5 * rate:
             for target in targets:
@@ -164,114 +155,6 @@ def analyse_chunk(
             curve = read_band(envelopes[row], place, band, layout, target)
             if curve is not None:
                 read_splits(curve, gates, row, number, band, layout, target)
-
-
-def band_envelopes(
-    spectra: NDArray[np.complex64], band: Band, layout: Layout
-) -> FloatArray:
-    """Return squared envelopes whose sum is the band's energy."""
-    from scipy.fft import ifft
-
-    first, window = cached_window(band, layout.rate, layout.length)
-    size = layout.envelope_size(len(window))
-    part = np.zeros((len(spectra), size), dtype=np.complex64)
-    bins = slice(first, first + len(window))
-    np.multiply(spectra[:, bins], window, out=part[:, : len(window)])
-    envelope = np.asarray(ifft(part, overwrite_x=True))
-    return envelope_energy(envelope, 2.0 * size / layout.length)
-
-
-@dataclass(frozen=True)
-class Gates:
-    """Band energies of responses cut at the splits first and filtered afterwards.
-
-    Parameters
-    ----------
-    lengths : ndarray, shape (responses, splits)
-        Where each response is cut [samples].
-    reach : int
-        The late energies end this many samples behind the cut.
-    early, late : ndarray, shape (responses, splits, bands)
-        Energy of what comes before the cut; of what comes from the cut on, as far as
-        it sounds before the reach.
-    """
-
-    lengths: NDArray[np.int64]
-    reach: int
-    early: FloatArray
-    late: FloatArray
-
-
-def gated_energies(
-    located: list[Located], rate: float, bands: tuple[Band, ...]
-) -> Gates:
-    """Return the band energies on both sides of each split.
-
-    Behind the reach the ringing of the early part is over, and the band's own decay
-    curve goes on from there.
-    """
-    narrowest = min(band.width for band in bands)
-    reach = int(RINGING / narrowest * rate) + 1
-    fixed = [sample_at(0.05, rate), sample_at(0.08, rate)]
-    lengths = np.array([[*fixed, place.direct] for place in located])
-    size = fast_length(int(lengths.max()) + 2 * reach)
-    shape = (len(located), len(fixed) + 1)
-    early = np.zeros((*shape, size), dtype=np.float32)
-    late = np.zeros((*shape, fast_length(4 * reach)), dtype=np.float32)
-    for row, place in enumerate(located):
-        for split, cut in enumerate(lengths[row]):
-            kept = place.samples[:cut]
-            early[row, split, : len(kept)] = kept
-            kept = place.samples[cut : cut + 2 * reach]
-            late[row, split, reach : reach + len(kept)] = kept
-    return Gates(
-        lengths,
-        reach,
-        _energies_of(early, rate, bands),
-        _energies_before(late, rate, bands, 2 * reach),
-    )
-
-
-def _energies_of(
-    pieces: NDArray[np.float32], rate: float, bands: tuple[Band, ...]
-) -> FloatArray:
-    spectra = transform(pieces)
-    power = spectra.real**2 + spectra.imag**2
-    return power[..., 1:] @ cached_weights(bands, rate, pieces.shape[-1])
-
-
-def _energies_before(
-    pieces: NDArray[np.float32], rate: float, bands: tuple[Band, ...], stop: int
-) -> FloatArray:
-    rows, splits, size = pieces.shape
-    spectra = transform(pieces).reshape(rows * splits, -1)
-    energies = np.empty((rows * splits, len(bands)))
-    layout = Layout(rate, 0, size)
-    for number, band in enumerate(bands):
-        envelopes = band_envelopes(spectra, band, layout)
-        exact = stop * envelopes.shape[-1] / size
-        last = int(exact)
-        energies[:, number] = envelopes[:, :last].sum(axis=-1)
-        energies[:, number] += (exact - last) * envelopes[:, last]
-    return energies.reshape(rows, splits, len(bands))
-
-
-def transform(samples: NDArray[np.float32]) -> NDArray[np.complex64]:
-    """Return the spectra of real samples in single precision.
-
-    Its rounding lies 140 dB under the response, where no band is read.
-    """
-    from scipy.fft import rfft
-
-    return np.asarray(rfft(samples, overwrite_x=True), dtype=np.complex64)
-
-
-def fast_length(count: int) -> int:
-    """Return a length from `count` on that transforms fast."""
-    from scipy.fft import next_fast_len
-
-    length: Any = next_fast_len(count, real=True)
-    return int(length)
 
 
 def read_band(
@@ -305,8 +188,7 @@ def read_band(
 
 def _refuse_short(band: Band, answer: Answer) -> None:
     times = answer.values[EDT : T30 + 1]
-    known = [t for t in (*times[:0:-1], answer.facts[LATE]) if t > 0.0]
-    product = band.width * known[0]
+    product = band.width * _longest_known(answer)
     if product < SAFE_PRODUCT:
         answer.flag(words.SHORT_BT)
     if product < LEAST_PRODUCT:
@@ -331,7 +213,7 @@ def read_splits(
     onset = int(layout.lead * slower + 0.5)
     lengths = gates.lengths[row].tolist()
     hiss = curve.noise * gates.reach * slower
-    doubt = hiss / np.sqrt(gates.reach / layout.rate * band.width)
+    doubt = hiss / math.sqrt(gates.reach / layout.rate * band.width)
     sides = zip(gates.early[row, :, number], gates.late[row, :, number], strict=True)
     for name, cut, (before, behind) in zip(SPLIT_NAMES, lengths, sides, strict=True):
         early = float(before) - curve.noise * cut * slower
@@ -356,5 +238,12 @@ def read_splits(
 
 def _share_left(answer: Answer, time: float) -> float:
     """Return the share of energy that a decay keeps after a time [s]."""
-    known = [t for t in (*answer.values[T30:EDT:-1], answer.facts[LATE]) if t > 0.0]
-    return 10.0 ** (-6.0 * time / known[0])
+    return 10.0 ** (-6.0 * time / _longest_known(answer))
+
+
+def _longest_known(answer: Answer) -> float:
+    """Return T30, else T20, else the time of the curve's end [s]."""
+    for time in (answer.values[T30], answer.values[T20]):
+        if time > 0.0:
+            return float(time)
+    return float(answer.facts[LATE])
