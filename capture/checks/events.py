@@ -1,0 +1,115 @@
+"""Knocks, clicks, gaps: sound that the sweep does not explain."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from capture.checks.table import CHECKS
+from capture.evidence import Evidence
+from capture.verdict import Verdict
+
+__all__ = ["check_events"]
+
+AROUND = 12
+SHIFT_S = 0.002
+SEARCH_S = 0.03
+
+
+@CHECKS.add("events")
+def check_events(take: Evidence) -> Iterator[Verdict]:
+    """Find moments at which a recording holds more than sweep and response.
+
+    The part of the take that lies outside response and harmonics is played through
+    the sweep again and compared, block by block, with its own median, with its
+    neighbours, and with the sound of the moment.
+    """
+    rest, whole = take.residual.unexplained, take.residual.whole
+    worst_db = []
+    for row, group in zip(range(len(rest)), take.groups, strict=True):
+        found = worst_event(rest[row], whole[row])
+        if found is None:
+            worst_db.append(None)
+            continue
+        block, contrast, level = found
+        worst_db.append(round(level, 1))
+        hard = contrast > take.limits.event_contrast_db and (
+            level > take.limits.event_level_db
+        )
+        if not hard:
+            continue
+        time = (block + 0.5) * take.residual.block_s
+        yield from _name(take, group, time, contrast, level)
+    take.figures["event_db"] = worst_db
+
+
+def worst_event(rest: np.ndarray, whole: np.ndarray) -> tuple[int, float, float] | None:
+    """Return block, contrast [dB] and level [dB] of the loudest unexplained moment."""
+    if rest.size < 2 * AROUND or not np.any(whole):
+        return None
+    pair = (rest[1:] + rest[:-1]) / 2
+    base = np.median(rest)
+    near = np.array(
+        [np.median(rest[max(i - AROUND, 0) : i + AROUND]) for i in range(pair.size)]
+    )
+    sound = np.maximum((whole[1:] + whole[:-1]) / 2, 0.1 * np.median(whole))
+    floor = np.maximum(np.maximum(base, near), 1e-12 * np.max(whole))
+    level = 10 * np.log10(pair / np.maximum(sound, 1e-300) + 1e-30)
+    contrast = 10 * np.log10(pair / floor + 1e-30)
+    score = np.minimum(contrast, level + 60)
+    block = int(np.argmax(score))
+    return block, float(contrast[block]), float(level[block])
+
+
+def _name(
+    take: Evidence, group: list[int], time: float, contrast: float, level: float
+) -> Iterator[Verdict]:
+    channel = group[0] if len(group) == 1 else None
+    where = f"channel {group[0]}" if len(group) == 1 else f"channels {group}"
+    shift = _shift(take, group[0], time)
+    figures = (level, take.limits.event_level_db, "dB", channel, time)
+    if abs(shift) > SHIFT_S:
+        lost = shift < 0
+        yield Verdict(
+            "lost_samples" if lost else "inserted_samples",
+            True,
+            f"{where}: about {abs(shift) * take.sample_rate:.0f} samples were "
+            f"{'lost' if lost else 'inserted'} at {time:.2f} s",
+            *figures,
+        )
+    else:
+        yield Verdict(
+            "event",
+            True,
+            f"{where}: a knock, click or gap at {time:.2f} s, {contrast:.0f} dB over "
+            f"the rest and {level:.0f} dB relative to the sound there",
+            *figures,
+        )
+
+
+def _shift(take: Evidence, channel: int, time: float) -> float:
+    """Return how much later the response is above the frequency of a moment, s."""
+    excitation = take.reference.excitation
+    low, high = excitation.band
+    grid = np.geomspace(1.5 * low, high / 1.5, 200)
+    played = excitation.time_played(grid) + take.latency / take.sample_rate
+    middle = float(np.interp(time, played, grid))
+    if not 4 * low < middle < high / 4:
+        return 0.0
+    spectrum = np.fft.rfft(take.response[channel], 2 * take.response.shape[1])
+    f = np.fft.rfftfreq(2 * take.response.shape[1], 1 / take.sample_rate)
+    reach = round(SEARCH_S * take.sample_rate)
+    parts = []
+    for inside in (
+        (f > middle / 8) & (f < middle / 1.3),
+        (f > 1.3 * middle) & (f < high),
+    ):
+        wave = np.fft.irfft(np.where(inside, spectrum, 0))
+        smooth = np.convolve(
+            wave**2, np.hanning(round(0.002 * take.sample_rate)), "same"
+        )
+        rise = np.maximum(np.diff(np.sqrt(smooth)), 0)
+        parts.append(np.fft.rfft(rise, 2 * rise.size))
+    match = np.fft.irfft(parts[1] * np.conj(parts[0]))
+    lags = np.concatenate((np.arange(reach), np.arange(-reach, 0)))
+    values = np.concatenate((match[:reach], match[-reach:]))
+    return float(lags[np.argmax(values)]) / take.sample_rate

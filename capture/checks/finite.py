@@ -1,0 +1,23 @@
+"""Samples that are no numbers."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from capture.checks.table import CHECKS
+from capture.evidence import Evidence
+from capture.verdict import Verdict
+
+__all__ = ["check_finite"]
+
+
+@CHECKS.add("finite")
+def check_finite(take: Evidence) -> Iterator[Verdict]:
+    """Refuse channels with NaN or infinity; their response is NaN."""
+    for channel in np.flatnonzero(~take.finite):
+        yield Verdict(
+            "non_finite",
+            True,
+            f"channel {channel} holds samples that are not finite numbers",
+            channel=int(channel),
+        )

@@ -1,0 +1,68 @@
+"""Lines of the mains in the quiet parts of a recording."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from capture.checks.table import CHECKS
+from capture.evidence import Evidence
+from capture.verdict import Verdict
+
+__all__ = ["check_hum"]
+
+SHORTEST_S = 0.15
+LOWEST_HZ, HIGHEST_HZ = 40.0, 70.0
+CONTRAST_DB = 12.0
+LOUD_DB = -40.0
+
+
+@CHECKS.add("hum")
+def check_hum(take: Evidence) -> Iterator[Verdict]:
+    """Name hum before the sweep or after its decay; a mark only.
+
+    Looked for between 40 and 70 Hz, where the response often is not wanted anyway:
+    the figure tells how far the recording can be trusted there.
+    """
+    quiet = _quiet_part(take)
+    size = quiet.shape[1]
+    take.figures["hum_hz"] = [None] * len(quiet)
+    take.figures["hum_db"] = [None] * len(quiet)
+    if size < SHORTEST_S * take.sample_rate:
+        return
+    window = np.hanning(size)
+    n = 4 * size
+    spectra = np.abs(
+        np.fft.rfft((quiet - quiet.mean(axis=1, keepdims=True)) * window, n)
+    )
+    f = np.fft.rfftfreq(n, 1 / take.sample_rate)
+    inside = np.flatnonzero((f >= LOWEST_HZ) & (f <= HIGHEST_HZ))
+    around = np.flatnonzero((f >= 75) & (f <= 400))
+    rms = np.sqrt(np.mean(take.recording**2, axis=1))
+    for channel, row in enumerate(spectra):
+        peak = inside[np.argmax(row[inside])]
+        amplitude = 2 * row[peak] / window.sum()
+        contrast = 20 * np.log10(row[peak] / max(np.median(row[around]), 1e-30) + 1e-30)
+        level = 20 * np.log10(amplitude / 2**0.5 / max(rms[channel], 1e-30) + 1e-30)
+        take.figures["hum_db"][channel] = round(float(level), 1)
+        if contrast < CONTRAST_DB or level < LOUD_DB:
+            continue
+        take.figures["hum_hz"][channel] = round(float(f[peak]), 1)
+        yield Verdict(
+            "hum",
+            False,
+            f"channel {channel} has hum at {f[peak]:.0f} Hz, {level:.1f} dB relative "
+            "to the take: do not trust the response near it",
+            float(level),
+            LOUD_DB,
+            "dB",
+            channel,
+        )
+
+
+def _quiet_part(take: Evidence) -> np.ndarray:
+    """Return the longer of the parts before the sweep and after its decay."""
+    before = take.recording[:, : max(int(take.latency), 0)]
+    decay = np.nanmedian(take.noise.knee) if np.any(np.isfinite(take.noise.knee)) else 1
+    end = take.latency + take.reference.excitation.n_played
+    after = take.recording[:, int(end + min(decay, 1.0) * take.sample_rate) :]
+    return before if before.shape[1] >= after.shape[1] else after

@@ -1,0 +1,13 @@
+"""The table of checks."""
+
+from collections.abc import Callable, Iterator
+
+from capture.evidence import Evidence
+from capture.verdict import Verdict
+from rir.registry import Registry
+
+__all__ = ["CHECKS", "Check"]
+
+Check = Callable[[Evidence], Iterator[Verdict]]
+
+CHECKS: Registry[Check] = Registry("check")
