@@ -186,17 +186,18 @@ def _append(
     except SignalError as error:
         log.warning("%s left out: %s", take.name, error)
         return
-    response = examiner.respond(samples, started).response
-    emitter, listeners = take_poses(examiner.config, started)
-    count = len(listeners)
+    responses = examiner.responses(samples, started)
+    emitters, listeners = take_poses(examiner.config, started)
+    speakers, channels = np.indices((len(emitters), len(listeners))).reshape(2, -1)
     columns = _columns(examiner.config, measure, take, started)
     rows.add(
-        response,
-        Poses.of([emitter] * count),
-        Poses.of(listeners),
+        responses,
+        Poses.of([emitters[k] for k in speakers]),
+        Poses.of([listeners[k] for k in channels]),
         {
-            "channel": np.arange(count),
-            **{name: np.full(count, value) for name, value in columns.items()},
+            "channel": channels,
+            "loudspeaker": measure.loudspeaker + speakers,
+            **{name: np.full(len(channels), v) for name, v in columns.items()},
         },
     )
 
@@ -214,7 +215,6 @@ def _columns(
         "pair_name": measure.pair,
         "direction": measure.direction,
         "take_no": take.take_no,
-        "loudspeaker": measure.loudspeaker,
         "accepted": True,
         "time_utc": started["time"],
         "raw_file": take.event["file"],

@@ -12,6 +12,7 @@ from rir.command import run
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from capture.config import SessionConfig
     from capture.folder import SessionFolder
 
 __all__ = ["app", "main"]
@@ -85,6 +86,10 @@ def capture_pairs(
     loopback_output: Annotated[
         int | None, _option("--loopback-output", text="Output that feeds the loopback.")
     ] = None,
+    overlap: Annotated[
+        bool,
+        typer.Option("--overlap", help="Let all loudspeakers' sweeps share a take."),
+    ] = False,
     thermometer: Annotated[
         str | None,
         _option(
@@ -178,6 +183,7 @@ def capture_pairs(
             "rig": rig or ("manual" if device else None),
             "interface": "portaudio" if device else None,
             "closure": closure or None,
+            "overlap": overlap or None,
             "thermometer": thermometer,
             "device": {"name": device, "host_api": host_api},
             "channels": channel_settings(inputs, loopback, outputs, loopback_output),
@@ -270,8 +276,23 @@ def _dry_run(request: Any, console: "Console") -> None:
         f"{takes} takes of {plan.take_s:.1f} s, {len(plan.moves)} moves; "
         f"about {time_text(plan.seconds())} with a rig; every pose is in reach"
     )
+    if len(config.channels.loudspeakers) > 1:
+        lines.append(_overlap_line(config))
     for line in lines:
         console.print(line, highlight=False, soft_wrap=True, markup=False)
+
+
+def _overlap_line(config: "SessionConfig") -> str:
+    """Return what overlapping the loudspeakers' sweeps saves, and what it costs."""
+    from capture.display import time_text
+    from capture.examine import session_sweep
+    from capture.plan import build_plan
+
+    both = [config.model_copy(update={"overlap": on}) for on in (False, True)]
+    one, other = (build_plan(each).seconds() for each in both)
+    price = both[1].interleaving.price(session_sweep(config).rate, config.sample_rate)
+    used = "on" if config.overlap else "off"
+    return f"--overlap ({used}) saves {time_text(one - other)}; price: {price}"
 
 
 def _list_devices(console: "Console") -> None:

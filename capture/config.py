@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator, model_validator
 
 from capture.faults import Fault
+from capture.interleave import Interleaving
 from rir import Pose, RoomSpec
 from rir.config import Config
 
@@ -180,6 +181,7 @@ class SessionConfig(Config):
     response_s: Annotated[float, Field(gt=0)] = 1.0
     pre_s: Annotated[float, Field(ge=0)] = 0.01
     closure: bool = False
+    overlap: bool = False
     placement_sigma_mm: Annotated[float, Field(ge=0)] | None = None
     gains: Gains = Gains()
     calibration: Calibration = Calibration()
@@ -208,6 +210,18 @@ class SessionConfig(Config):
         if twice:
             raise ValueError(f"pair ids must differ; twice: {', '.join(twice)}")
         return self
+
+    @property
+    def overlapping(self) -> int:
+        """How many loudspeakers play in one take: 1 unless their sweeps overlap."""
+        return len(self.channels.loudspeakers) if self.overlap else 1
+
+    @property
+    def interleaving(self) -> Interleaving:
+        """How the sweeps of one take follow each other."""
+        rate = self.sample_rate
+        pre, length = round(self.pre_s * rate), round(self.response_s * rate)
+        return Interleaving.of(self.overlapping, pre, length, rate)
 
     @property
     def simulated(self) -> bool:

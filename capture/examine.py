@@ -64,12 +64,13 @@ def session_sweep(config: SessionConfig) -> Sweep:
     )
 
 
-def take_poses(config: SessionConfig, event: Event) -> tuple[Pose, list[Pose]]:
-    """Return the pose of the loudspeaker and of each microphone during a take."""
-    speaker = config.channels.loudspeaker_offsets_m[event.get("loudspeaker", 0)]
-    [emitter] = mounted(_pose(event["emitter"]), [speaker])
+def take_poses(config: SessionConfig, event: Event) -> tuple[list[Pose], list[Pose]]:
+    """Return the poses of the loudspeakers and the microphones of a take."""
+    first = event.get("loudspeaker", 0)
+    offsets = config.channels.loudspeaker_offsets_m[first : first + config.overlapping]
+    emitters = mounted(_pose(event["emitter"]), offsets)
     listeners = mounted(_pose(event["listener"]), config.channels.microphone_offsets_m)
-    return emitter, listeners
+    return emitters, listeners
 
 
 def _pose(fields: dict[str, Any]) -> Pose:
@@ -96,8 +97,8 @@ class Examiner:
         rate = config.sample_rate
         self.n_noise = round(config.sweep.noise_s * rate)
         self.n_tail = round(config.sweep.tail_s * rate)
-        self.length = round(config.response_s * rate)
-        self.pre = round(config.pre_s * rate)
+        self.interleaving = config.interleaving
+        self.length, self.pre = self.interleaving.length, self.interleaving.pre
 
     @cached_property
     def sweep(self) -> Sweep:
@@ -106,9 +107,10 @@ class Examiner:
 
     @cached_property
     def signal(self) -> FloatArray:
-        """What is played: silence, sweep, silence; shape (n,)."""
+        """What is played: silence, sweep, silence; (n,), or (loudspeakers, n)."""
         sweep = np.asarray(self.sweep)
-        return np.concatenate((np.zeros(self.n_noise), sweep, np.zeros(self.n_tail)))
+        signals = self.interleaving.signals(sweep, self.n_noise, self.n_tail)
+        return signals if len(signals) > 1 else signals[0]
 
     def examine(self, recording: Recording, event: Event) -> Verdict:
         """Judge a take; the first good one becomes the golden loopback.
@@ -131,7 +133,8 @@ class Examiner:
         reasons += self._silences(recording)
         reasons += [f"the driver reported {flag}" for flag in recording.flags]
         marks = [v.text for v in result.verdicts if v not in spoiling]
-        verdict = Verdict(not reasons, reasons, marks, result.figures, result.response)
+        responses = self.interleaving.separate(result.response)
+        verdict = Verdict(not reasons, reasons, marks, result.figures, responses)
         if verdict.accepted and self.golden is None:
             self.set_golden(recording.samples)
         return verdict
@@ -164,11 +167,18 @@ class Examiner:
             self.config.sample_rate,
             loopback=samples[-1] if looped else None,
             band=self.config.sweep.band_hz,
-            length=self.length,
+            length=self.interleaving.extra + self.length,
             pre=self.pre,
             golden=self.golden,
             direct_delay=self._direct_delays(event) if looped else None,
         )
+
+    def responses(self, samples: FloatArray, event: Event) -> FloatArray:
+        """Return a take's responses, each loudspeaker's microphones in turn.
+
+        Shape (loudspeakers · microphones, pre + length).
+        """
+        return self.interleaving.separate(self.respond(samples, event).response)
 
     def _direct_delays(self, event: Event) -> FloatArray | None:
         """Return the expected arrival of the direct sound per microphone [s]."""
@@ -176,5 +186,5 @@ class Examiner:
         speed = Environment(**air).speed_of_sound
         if not np.isfinite(speed):
             return None
-        emitter, listeners = take_poses(self.config, event)
+        [emitter, *_], listeners = take_poses(self.config, event)
         return np.array([emitter.distance(pose) for pose in listeners]) / speed

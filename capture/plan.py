@@ -161,7 +161,9 @@ def build_plan(config: SessionConfig, move_s: float = 15.0) -> Plan:
     if config.closure:
         steps += _closure(config)
     sweep = config.sweep
-    return Plan(tuple(steps), sweep.noise_s + sweep.seconds + sweep.tail_s, move_s)
+    extra = config.interleaving.extra / config.sample_rate
+    take_s = sweep.noise_s + sweep.seconds + extra + sweep.tail_s
+    return Plan(tuple(steps), take_s, move_s)
 
 
 def _closure(config: SessionConfig) -> list[Step]:
@@ -184,6 +186,6 @@ def _one_way(
         steps.append(Wait(config.settle_s))
     steps += [
         Measure(pair.id, direction, emitter, listener, config.takes, speaker)
-        for speaker in range(len(config.channels.loudspeakers))
+        for speaker in range(len(config.channels.loudspeakers) // config.overlapping)
     ]
     return steps

@@ -77,7 +77,7 @@ def _adopt(session: Session, path: Path) -> str:
         if started is None:
             raise SignalError("the journal does not say how it was recorded")
         samples = session.folder.read_raw(f"raw/{path.name}")
-        if samples.shape[-1] != len(session.examiner.signal):
+        if samples.shape[-1] != session.examiner.signal.shape[-1]:
             raise SignalError("it is shorter than a take")
         recording = Recording(samples, session.config.sample_rate)
         verdict = session.examiner.examine(recording, started)

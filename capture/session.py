@@ -304,7 +304,7 @@ class Session:
         with self.mover.quiet():
             return interface.play_record(
                 self.examiner.signal,
-                len(self.examiner.signal),
+                self.examiner.signal.shape[-1],
                 label=name,
                 output=step.loudspeaker,
             )

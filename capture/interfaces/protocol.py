@@ -64,14 +64,14 @@ class AudioInterface(Protocol):
 
         Parameters
         ----------
-        signal : ndarray, shape (n,)
-            Output samples, full scale = 1.
+        signal : ndarray, shape (n,) or (outputs, n)
+            Output samples, full scale = 1; for one output, or for all in one take.
         n_samples : int
             How many samples to record.
         label : str
             Name of the take; simulated interfaces draw their noise from it.
         output : int
-            Which of the session's loudspeakers plays (from 0).
+            Which of the session's loudspeakers plays (from 0), or the first of them.
 
         Raises
         ------

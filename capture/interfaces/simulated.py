@@ -66,17 +66,22 @@ class SimulatedInterface:
         self._world = world
         self._simulation = simulation
         self._seed = seed
-        self._driven: _Driven | None = None
+        self._driven: dict[int, _Driven] = {}
 
     def play_record(
         self, signal: FloatArray, n_samples: int, *, label: str, output: int = 0
     ) -> Recording:
         """Return what the listeners and the loopback record of a signal."""
-        responses = self._world.responses(output)
-        driven = self._prepare(signal, n_samples, responses.shape[-1])
         faults = [fault for fault in self._simulation.faults if fault.hits(label)]
         drift = sum(fault.amount for fault in faults if fault.kind == "drift")
-        samples = driven.record(responses, 1e-6 * drift)
+        samples = np.zeros((self.n_inputs, n_samples))
+        for number, part in enumerate(np.atleast_2d(signal)):
+            responses = self._world.responses(output + number)
+            driven = self._prepare(number, part, n_samples, responses.shape[-1])
+            recorded = driven.record(responses, 1e-6 * drift)
+            samples[:-1] += recorded[:-1]
+            if number == 0:
+                samples[-1] = recorded[-1]
         self._add_noise(samples, self._level, take_rng(self._seed, label))
         if faults:
             samples = spoil(
@@ -85,21 +90,23 @@ class SimulatedInterface:
                 take=label,
                 seed=self._seed,
                 sample_rate=self.sample_rate,
-                played=driven.loopback,
+                played=self._driven[0].loopback,
                 level=self._level,
             )
         if not self._simulation.exact:
             samples = samples.astype(np.float32).astype(np.float64)
         return Recording(samples, self.sample_rate, [], {"simulated": True})
 
-    def _prepare(self, signal: FloatArray, n_samples: int, tail: int) -> "_Driven":
+    def _prepare(
+        self, number: int, signal: FloatArray, n_samples: int, tail: int
+    ) -> "_Driven":
         """Return the transformed signal; every take of a session shares it."""
-        driven = self._driven
+        driven = self._driven.get(number)
         if driven is None or not driven.fits(signal, n_samples, tail):
             driven = _Driven(
                 signal, n_samples, tail, self._simulation, self.sample_rate
             )
-            self._driven = driven
+            self._driven[number] = driven
         return driven
 
     def _add_noise(

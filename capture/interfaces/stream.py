@@ -214,16 +214,22 @@ class DuplexStream:
 
         Parameters
         ----------
-        signal : ndarray, shape (n,)
-            What to play.
+        signal : ndarray, shape (outputs, n)
+            What to play; the first row goes to the loopback's output too.
         n_samples : int
             How many samples to record.
         output : int
             Which of the outputs plays (from 0).
         """
-        played = {self.settings.outputs[output], self.settings.loopback_output}
-        columns = [channel - 1 for channel in played if channel is not None]
-        self._take = _Take(signal, n_samples, len(self._columns), columns)
+        rows = {
+            channel - 1: row
+            for channel, row in zip(
+                self.settings.outputs[output:], signal, strict=False
+            )
+        }
+        if self.settings.loopback_output is not None:
+            rows[self.settings.loopback_output - 1] = signal[0]
+        self._take = _Take(rows, n_samples, len(self._columns))
 
     @property
     def taken(self) -> int:
@@ -261,11 +267,10 @@ class _Take:
     """Buffers of one take, all made before the first block."""
 
     def __init__(
-        self, signal: Samples, n_samples: int, n_channels: int, outputs: list[int]
+        self, rows: dict[int, Samples], n_samples: int, n_channels: int
     ) -> None:
-        self.signal = signal
+        self.rows = rows
         self.n_samples = n_samples
-        self.outputs = outputs
         self.recorded = np.zeros((n_channels, n_samples), dtype=np.float32)
         self.flags: list[str] = []
         self.blocks = 0
@@ -277,8 +282,8 @@ class _Take:
         """Play and record one block."""
         start = self.done
         stop = min(start + frames, self.n_samples)
-        part = self.signal[start:stop]
-        for column in self.outputs:
+        for column, row in self.rows.items():
+            part = row[start:stop]
             played[: len(part), column] = part
         self.recorded[:, start:stop] = heard[: stop - start, columns].T
         self.blocks += 1

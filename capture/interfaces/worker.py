@@ -57,7 +57,7 @@ def _take(
     n_samples: int,
     output: int,
 ) -> None:
-    stream.begin(np.asarray(signal, dtype=np.float32), n_samples, output)
+    stream.begin(np.atleast_2d(signal).astype(np.float32), n_samples, output)
     while (result := stream.result()) is None:
         time.sleep(PULSE_S)
         connection.send(("alive", stream.frames, stream.taken))

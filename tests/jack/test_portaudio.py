@@ -124,3 +124,13 @@ def test_a_killed_worker_is_told(start_jack: StartJack) -> None:
         interface._process._process.kill()
         with pytest.raises(InterfaceError, match="ended by itself"):
             interface.play_record(noise(4800), 4800, label="t")
+
+
+def test_all_outputs_can_play_in_one_take(start_jack: StartJack) -> None:
+    start_jack(channels=8)
+    signals = np.stack((noise(4000), np.roll(noise(4000), 99)))
+    with opened("system", (9, 11), (1, 3)) as interface:
+        take = interface.play_record(signals, 6000, label="t").samples
+    for heard, signal in zip(take, signals, strict=True):
+        lag = int(np.argmax(heard != 0))
+        np.testing.assert_array_equal(heard[lag : lag + 4000], signal)
