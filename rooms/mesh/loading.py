@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from rir.errors import SceneError
 from rir.optional import require
+from rooms.mesh.wavefront import read_wavefront
 
 __all__ = ["LoadedMesh", "load_mesh"]
 
@@ -45,7 +46,7 @@ def load_mesh(path: str | Path) -> LoadedMesh:
     SceneError
         If the file is missing, of another kind, or holds no triangles.
     MissingPartError
-        If trimesh is not installed.
+        If trimesh, which reads all but OBJ files, is not installed.
     """
     path = Path(path)
     if path.suffix.lower() not in _FORMATS:
@@ -53,6 +54,11 @@ def load_mesh(path: str | Path) -> LoadedMesh:
         raise SceneError(f"{path.name} is no mesh file; known endings: {known}")
     if not path.is_file():
         raise SceneError(f"there is no mesh file {path}")
+    if path.suffix.lower() == ".obj":
+        vertices, faces, names = read_wavefront(path)
+        if len(faces) == 0:
+            raise SceneError(f"{path.name} holds no triangles")
+        return LoadedMesh(vertices, faces, names, 0.0)
     trimesh = require("trimesh", why="reading meshes")
     try:
         scene = trimesh.load_scene(path, process=False, skip_materials=False)
@@ -84,5 +90,4 @@ def _joined(parts: list[Any], path: Path) -> LoadedMesh:
 
 def _material(part: Any) -> str:
     material = getattr(part.visual, "material", None)
-    name = getattr(material, "name", None)
-    return str(name or part.metadata.get("name") or "all")
+    return str(getattr(material, "name", None) or "all")

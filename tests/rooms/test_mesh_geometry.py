@@ -131,6 +131,27 @@ def test_files_give_back_the_room(tmp_path, ending):
     np.testing.assert_allclose(np.sort(read.size), [3, 5, 6], rtol=1e-6)
 
 
+def test_obj_files_name_surfaces_and_may_hold_any_polygon(tmp_path):
+    corners = [(*point, z) for z in (0, 3) for point in FLOOR]
+    lines = [f"v {x} {y} {z}" for x, y, z in corners]
+    lines += ["usemtl carpet", "f 6 5 4 3 2 1", "usemtl plaster"]
+    lines += ["f 7//1 8//1 9//1 10//1 11//1 12//1", "usemtl brick"]
+    lines += [
+        f"f {k + 1} {(k + 1) % 6 + 1} {(k + 1) % 6 + 7} {k + 7}" for k in range(6)
+    ]
+    (tmp_path / "room.obj").write_text("\n".join(lines))
+    room = MeshGeometry.from_file(tmp_path / "room.obj")
+    assert room.surface_names == ("carpet", "plaster", "brick")
+    np.testing.assert_allclose(room.areas, [22.5, 22.5, 66])
+    assert room.watertight
+    (tmp_path / "room.obj").write_text("v 0 0 0\nf 1 2 3")
+    with pytest.raises(SceneError, match="line 2: there is no vertex 2"):
+        MeshGeometry.from_file(tmp_path / "room.obj")
+    (tmp_path / "room.obj").write_text("hello")
+    with pytest.raises(SceneError, match="holds no triangles"):
+        MeshGeometry.from_file(tmp_path / "room.obj")
+
+
 def test_single_precision_far_from_the_origin_still_closes(tmp_path):
     trimesh = pytest.importorskip("trimesh")
     room = MeshGeometry.extruded(FLOOR, 3)
