@@ -53,3 +53,88 @@ def compare_models(
     for table in compare(chosen, out, lambda line: console.print(line, soft_wrap=True)):
         console.print(table.rich())
     console.print(f"tables and plots: {out}")
+
+
+@more.command("map")
+def draw_map(
+    run: Annotated[Path, typer.Argument(help="Run folder or field file.")],
+    emitter: Annotated[
+        str, typer.Option(help="Emitter x,y,z in metres; the box's middle if left out.")
+    ] = "",
+    spacing: Annotated[float, typer.Option(help="Grid spacing, metres.")] = 0.2,
+    height: Annotated[
+        float | None, typer.Option(help="Height of the listeners, metres.")
+    ] = None,
+    frequency: Annotated[float, typer.Option(help="Of the phase map, Hz.")] = 500.0,
+    out: Annotated[
+        Path | None, typer.Option(help="PNG to write; beside the field by default.")
+    ] = None,
+) -> None:
+    """Draw loudness and phase over a plane, and check the field's reciprocity."""
+    import numpy as np
+    from rich.console import Console
+
+    from fields.evaluate import METRIC_UNITS
+    from fields.field import load_field
+    from fields.maps import check_reciprocity, make_map, plot_map
+    from rir import Pose
+
+    field = load_field(run)
+    place = _position(emitter) if emitter else field.frame.center.tolist()
+    shown = make_map(
+        field, Pose.at(*place), spacing=spacing, height=height, frequency=frequency
+    )
+    target = out or (run if run.is_dir() else run.parent) / "map.png"
+    plot_map(target, shown, f"{field.name}, emitter at {place}")
+    shown.save(target.with_suffix(".npz"))
+    gap = check_reciprocity(field, rng=np.random.default_rng(0))
+    told = ", ".join(f"{n} {v:.3g} {METRIC_UNITS[n]}".strip() for n, v in gap.items())
+    console = Console()
+    console.print(f"[bold]{field.frame.mark}[/bold] {field.name}: {target}")
+    console.print(f"swapping the ends changes: {told}", soft_wrap=True)
+
+
+def _position(text: str) -> list[float]:
+    from rir.errors import ConfigError
+
+    try:
+        x, y, z = (float(part) for part in text.split(","))
+    except ValueError as error:
+        raise ConfigError(
+            f"emitter {text!r} is not a place; write x,y,z in metres"
+        ) from error
+    return [x, y, z]
+
+
+@more.command("cost")
+def show_cost(
+    dataset: Annotated[Path, typer.Argument(help="Session folder or .h5 file.")],
+    model: Annotated[str, typer.Option(help="Model.")] = "avr",
+    knob: Annotated[str, typer.Option(help="Model setting to turn.")] = "",
+    values: Annotated[str, typer.Option(help="Its values, as 24,48,96.")] = "",
+    budgets: Annotated[str, typer.Option(help="CPU times, as 5s,10s,20s.")] = "5s,10s",
+    out: Annotated[Path, typer.Option(help="Folder of results.")] = Path("runs/cost"),
+) -> None:
+    """Measure each metric against the seconds of training."""
+    import yaml
+    from rich.console import Console
+
+    from fields.command import parse_seconds
+    from fields.cost import measure_cost, plot_cost
+    from fields.evaluate import METRIC_UNITS
+    from fields.sets import open_bench
+
+    bench = open_bench(dataset, dataset.stem)
+    turned = [yaml.safe_load(one) for one in values.split(",") if one]
+    seconds = [parse_seconds(one) for one in budgets.split(",")]
+    rows = measure_cost(bench, model, knob, turned, budgets=seconds)
+    out.mkdir(parents=True, exist_ok=True)
+    plot_cost(out, rows, f"{model} on {bench.name} [{bench.mark}]")
+    console = Console()
+    for row in rows:
+        figures = ", ".join(f"{name} {row[name]:.3f}" for name in METRIC_UNITS)
+        console.print(
+            f"{knob} {row['value']}, {row['seconds']:.1f} CPU s: {figures}",
+            soft_wrap=True,
+        )
+    console.print(f"[bold]{bench.mark}[/bold] curves: {out / 'cost.png'}")

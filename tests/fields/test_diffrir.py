@@ -13,7 +13,9 @@ SIZE = np.array([5.0, 4.0, 3.0])
 
 @pytest.fixture(scope="module")
 def images():
-    room = RoomSpec(name="box", size_m=tuple(SIZE), surfaces={"all": {"absorption": 0.2}})
+    room = RoomSpec(
+        name="box", size_m=tuple(SIZE), surfaces={"all": {"absorption": 0.2}}
+    )
     dataset = Dataset.from_arrays(
         np.ones((1, 64)),
         np.array([[1.0, 1.5, 1.2]]),
