@@ -17,6 +17,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 ComplexArray = NDArray[np.complex128]
 _STEPS = 60
+_SHARP = np.radians(200)
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +64,9 @@ def diffracted_paths(
     edges: Edges | None = None,
 ) -> DiffractedPaths:
     """Find the ways around one and two edges, with their UTD gains.
+
+    Two edges matter only where the ends do not see each other, and are left out
+    elsewhere, as are pairs with an edge that opens less than 200 degrees.
 
     In the light of the emitter the diffracted sound makes up for the steps where
     mirror paths end; in its shadow it is all there is. The ways go straight from
@@ -119,9 +123,10 @@ def diffracted_paths(
     finder = _Finder(geometry, edges, wave, factors)
     found = []
     for index, end in enumerate(ends):
-        if len(edges) and max_order >= 1:
-            found += finder.once(index, start, end)
-        if len(edges) > 1 and max_order >= 2:
+        if len(edges) == 0 or max_order == 0:
+            break
+        found += finder.once(index, start, end)
+        if max_order == 2 and not geometry.sees(start, end[None])[0]:
             found += finder.twice(index, start, end)
     if not found:
         none, flat = np.zeros((0, 3)), np.zeros(0)
@@ -207,7 +212,10 @@ class _Finder:
     def twice(self, index: int, start: FloatArray, end: FloatArray) -> list[tuple]:
         """Return the ways around two edges."""
         edges = self.edges
-        first, last = np.nonzero(~np.eye(len(edges), dtype=bool))
+        one, other = self._reached(start), self._reached(end)
+        first, last = (grid.ravel() for grid in np.meshgrid(one, other, indexing="ij"))
+        apart = first != last
+        first, last = first[apart], last[apart]
         places = self._shortest(first, last, start, end)
         inside = (places >= 0) & (places < edges.length[[first, last]])
         usable = inside.all(axis=0)
@@ -227,6 +235,19 @@ class _Finder:
             if row is not None:
                 found.append((index, *row, (first[k], last[k])))
         return found
+
+    def _reached(self, point: FloatArray) -> IntArray:
+        """Return the sharp edges of which a point sees one of three places."""
+        edges = self.edges
+        angle = self._around(point)[2]
+        sharp = (edges.opening > _SHARP) & (angle < edges.opening)
+        which = np.nonzero(sharp)[0]
+        seen = np.zeros(len(which), dtype=bool)
+        for share in (0.1, 0.5, 0.9):
+            along = share * edges.length[which, None] * edges.way[which]
+            spots = edges.start[which] + along + self.lift[which]
+            seen |= self.geometry.sees(point, spots)
+        return which[seen]
 
     def _shortest(
         self, first: IntArray, last: IntArray, start: FloatArray, end: FloatArray
