@@ -42,6 +42,7 @@ def plan_effects(
     only: Sequence[str] | None = None,
     without: Sequence[str] = (),
     everything: bool = False,
+    judge: bool = True,
 ) -> Plan:
     """Judge every effect for a scene.
 
@@ -63,6 +64,8 @@ def plan_effects(
         Override: exactly these; all but these.
     everything : bool
         Override: all effects.
+    judge : bool
+        Whether to predict errors even where `only` has decided.
 
     Raises
     ------
@@ -80,6 +83,9 @@ def plan_effects(
         EFFECTS[name]
     verdicts = {}
     for name, effect in EFFECTS.items():
+        if only is not None and not judge:
+            verdicts[name] = Verdict(name in only, "on request")
+            continue
         verdict = effect.needed(scene, budget, tolerance)
         verdicts[name] = _overridden(name, verdict, only, without, everything)
     return Plan(verdicts, tolerance)

@@ -136,6 +136,7 @@ def simulate(
             max_order=max_order,
             rays=rays,
             only=effects,
+            judge=False,
         )
     target = Target(parse_accuracy(accuracy), seconds)
     run = _Run(scene, plan, places, threads, dtype)

@@ -16,7 +16,9 @@ from rooms.kernels.patterns import pattern_gains
 
 MOMENTS = 8
 LANES = 8
-"""Bands are padded to eight, so that one wide register holds them."""
+NEAREST = 0.01
+"""Bands are padded to eight, so that one wide register holds them; images nearer
+than `NEAREST` [m] count as there: no transducer is a point."""
 
 
 @njit(cache=True, nogil=True, fastmath=True)
@@ -35,18 +37,19 @@ def deposit_paths(delays, gains, grid):
             power *= x
 
 
-@njit(cache=True, nogil=True, fastmath=True, boundscheck=False)
-def deposit_lattice_flat(dx, dy, dz, gx, gy, gz, ox, oy, oz, order, scale, grid):
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def deposit_lattice_flat(dx, dy, dz, gx, gy, gz, ox, oy, order, scale, moments):
     """Add every shoebox image between the first row and the last, one band.
 
     `dx` and its like hold the signed offsets of the images along one axis [m],
     `gx` their gains, `ox` their reflection counts; offset and gain separate per
     axis, so that an image costs one square root. The direct image is left out.
     """
-    last = grid.shape[0] - 1.0
+    last = len(moments) // MOMENTS - 1.0
     reach = last / scale
     mid = len(dz) // 2
     pitch = max((dz[-1] - dz[0]) / max(1, len(dz) - 1), 1e-9)
+    at, gain = np.empty(len(dz)), np.empty(len(dz))
     for i in range(len(dx)):
         for j in range(len(dy)):
             rest = order - ox[i] - oy[j]
@@ -54,30 +57,33 @@ def deposit_lattice_flat(dx, dy, dz, gx, gy, gz, ox, oy, oz, order, scale, grid)
             room = reach * reach - across
             if rest < 0 or room <= 0.0:
                 continue
-            gain = gx[i] * gy[j]
             span = min(mid, rest, int(sqrt(room) / pitch) + 2)
-            for k in range(mid - span, mid + span + 1):
-                square = dz[k] * dz[k]
-                if square >= room:
+            low, count = mid - span, 2 * span + 1
+            # square roots and divisions in a loop of their own vectorise
+            for k in range(count):
+                distance = sqrt(across + dz[low + k] * dz[low + k])
+                at[k] = distance * scale
+                gain[k] = gx[i] * gy[j] * gz[low + k] / max(distance, NEAREST)
+            direct = span if ox[i] + oy[j] == 0 else -1
+            for k in range(count):
+                if at[k] >= last or k == direct:
                     continue
-                if ox[i] + oy[j] + oz[k] == 0:
-                    continue
-                distance = sqrt(across + square)
-                at = distance * scale
-                row = int(at)
-                x = 2.0 * (at - row) - 1.0
-                g = gain * gz[k] / distance
+                row = int(at[k])
+                x = 2.0 * (at[k] - row) - 1.0
                 xx = x * x
-                h = g * xx * xx
-                moments = grid[row]
-                moments[0] += g
-                moments[1] += g * x
-                moments[2] += g * xx
-                moments[3] += g * xx * x
-                moments[4] += h
-                moments[5] += h * x
-                moments[6] += h * xx
-                moments[7] += h * xx * x
+                fourth = xx * xx
+                a = gain[k]
+                b, c = a * x, a * xx
+                d = b * xx
+                first = 8 * row
+                moments[first] += a
+                moments[first + 1] += b
+                moments[first + 2] += c
+                moments[first + 3] += d
+                moments[first + 4] += a * fourth
+                moments[first + 5] += b * fourth
+                moments[first + 6] += c * fourth
+                moments[first + 7] += d * fourth
 
 
 @njit(cache=True, nogil=True, fastmath=True)
@@ -109,8 +115,9 @@ def deposit_lattice_bands(dx, dy, dz, gx, gy, gz, ox, oy, oz, order, scale, grid
                 x = 2.0 * (at - row) - 1.0
                 xx = x * x
                 moments, far = grid[row], gz[k]
+                spread = 1.0 / max(distance, NEAREST)
                 for lane in range(LANES):
-                    g = gain[lane] * far[lane] / distance
+                    g = gain[lane] * far[lane] * spread
                     h = g * xx * xx
                     moments[0, lane] += g
                     moments[1, lane] += g * x
@@ -150,7 +157,7 @@ def deposit_lattice_patterns(
                     continue
                 if ox[i] + oy[j] + oz[k] == 0:
                     continue
-                distance = sqrt(across + square)
+                distance = max(sqrt(across + square), NEAREST)
                 ux, uy, uz = dx[i] / distance, dy[j] / distance, dz[k] / distance
                 pattern_gains(listening[0], listening[1], ux, uy, uz, reach_in)
                 # A mirrored axis turns the departure the same way as the arrival.

@@ -98,6 +98,38 @@ def _add_four(out, work, bank, first, tap, width):
 
 
 @njit(cache=True, nogil=True, fastmath=True)
+def _sum_four(out, work, bank, first, tap, width):
+    """Write the sum over every other moment of a block, from `first` on."""
+    a, b, c, d = work[first], work[first + 2], work[first + 4], work[first + 6]
+    e, f = bank[first, tap], bank[first + 2, tap]
+    g, h = bank[first + 4, tap], bank[first + 6, tap]
+    for i in range(width):
+        out[i] = e * a[i] + f * b[i] + g * c[i] + h * d[i]
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def _add_scaled(out, one, other, scale, width):
+    for i in range(width):
+        out[i] += one[i] + scale * other[i]
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def _add_folded(out, work, bank, even, odd, width):
+    """Add a block through the full bank, two taps at a time.
+
+    Mirrored in time the pulse is the one of -x: taps k and TAPS - 1 - k share the
+    sum of the even moments and, up to its sign, that of the odd ones.
+    """
+    plus, minus = np.float32(1.0), np.float32(-1.0)
+    for tap in range(TAPS // 2):
+        _sum_four(even, work, bank, 0, tap, width)
+        _sum_four(odd, work, bank, 1, tap, width)
+        _add_scaled(out[tap : tap + width], even, odd, plus, width)
+        other = TAPS - 1 - tap
+        _add_scaled(out[other : other + width], even, odd, minus, width)
+
+
+@njit(cache=True, nogil=True, fastmath=True)
 def shape_pulses(grid, decay, banks, sizes, out):
     """Add the pulses of a grid (rows, 8, lanes) to samples (lanes, n).
 
@@ -120,6 +152,7 @@ def shape_pulses(grid, decay, banks, sizes, out):
     """
     rows = grid.shape[0]
     work = np.empty((MOMENTS, _BLOCK), np.float32)
+    even, odd = np.empty(_BLOCK, np.float32), np.empty(_BLOCK, np.float32)
     for lane in range(out.shape[0]):
         moments, low, high = sizes[lane]
         for start in range(0, rows, _BLOCK):
@@ -132,6 +165,9 @@ def shape_pulses(grid, decay, banks, sizes, out):
                     work[moment, row] = np.float32(value)
                 loudest = max(loudest, abs(work[0, row]))
             if loudest == 0.0:
+                continue
+            if high - low == TAPS:
+                _add_folded(out[lane, start:], work, banks[lane], even, odd, count)
                 continue
             for tap in range(low, high):
                 samples = out[lane, start + tap : start + tap + count]

@@ -113,10 +113,9 @@ def fill_and_shape(
                     gz[:, 0],
                     ox,
                     oy,
-                    oz,
                     order,
                     scale,
-                    box[:, :, 0],
+                    grid.reshape(-1)[: 8 * lattice_rows],
                 )
             else:
                 deposit_lattice_bands(
