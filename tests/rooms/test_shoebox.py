@@ -241,3 +241,31 @@ def test_mistakes_are_told():
         Scene.shoebox(SIZE, absorption=[0.1, 0.2, 0.3])
     with pytest.raises(SceneError, match="three positive lengths"):
         Scene.shoebox((1, 2))
+
+
+def reverberation(scene, count=10, rate=8000, duration=0.7):
+    """Return T (-5 to -35 dB) of the energy above 1 kHz, summed over places [s]."""
+    places = np.random.default_rng(7).uniform(0.15, 0.85, (count, 2, 3)) * SIZE
+    from scipy.signal import butter, sosfilt
+
+    high = butter(4, 1000, "highpass", fs=rate, output="sos")
+    energy = np.zeros(round(rate * duration))
+    for seed, (a, b) in enumerate(places):
+        h = simulate(
+            scene, a, b, sample_rate=rate, duration=duration, seed=seed,
+            effects=["direct", "specular", "scattering", "late"],
+        ).responses[0, 0]  # fmt: skip
+        energy += np.asarray(sosfilt(high, h)) ** 2
+    curve = np.cumsum(energy[::-1])[::-1]
+    level = 10 * np.log10(curve / curve[0])
+    inside = (level < -5) & (level > -35)
+    times = np.arange(len(level))[inside] / rate
+    return -60 / np.polyfit(times, level[inside], 1)[0]
+
+
+def test_eyring_holds_where_surfaces_scatter_and_only_there():
+    eyring = 0.515
+    mixed = reverberation(Scene.shoebox(SIZE, absorption=0.2, scattering=0.6))
+    np.testing.assert_allclose(mixed, eyring, rtol=0.05)
+    mirrors = reverberation(Scene.shoebox(SIZE, absorption=0.2, scattering=0.0))
+    assert 0.59 < mirrors < 0.68
