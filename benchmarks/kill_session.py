@@ -38,9 +38,14 @@ SETTINGS = {
 }
 
 
-def small_session(pairs: int) -> SessionConfig:
-    """Return a session that takes a second or two."""
-    return plan_session(Request("kitchen", str(pairs), seed=5, settings=SETTINGS))
+BOOTH = "name: booth\nsize_m: [4.2, 3.4, 2.5]\nsurfaces: {all: {absorption: 0.7}}\n"
+
+
+def small_session(place: Path, pairs: int) -> SessionConfig:
+    """Return a session that takes a second or two, in a dry room."""
+    room = place / "booth.yaml"
+    room.write_text(BOOTH)
+    return plan_session(Request(str(room), str(pairs), seed=5, settings=SETTINGS))
 
 
 def start(folder: SessionFolder, config: SessionConfig) -> int:
@@ -134,9 +139,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     options = parser.parse_args(argv)
     wanted = 4 if options.quick else options.kills
     rng = np.random.default_rng(options.seed)
-    config = small_session(options.pairs)
     kills, wrong, sessions = 0, [], 0
     with tempfile.TemporaryDirectory() as place:
+        config = small_session(Path(place), options.pairs)
         whole = SessionFolder(Path(place) / "whole")
         length = undisturbed(whole, config)
         while kills < wanted:

@@ -22,12 +22,23 @@ MakeConfig = Callable[..., SessionConfig]
 MakeSession = Callable[..., Session]
 
 
+BOOTH = """
+name: booth
+size_m: [4.2, 3.4, 2.5]
+surfaces: {all: {absorption: 0.7}}
+"""
+"""A room whose responses fit the short takes of the tests."""
+
+
 @pytest.fixture
-def make_config() -> MakeConfig:
-    """Return what plans a small session in the kitchen."""
+def make_config(tmp_path: Path) -> MakeConfig:
+    """Return what plans a small session in a dry room."""
+    room = tmp_path / "booth.yaml"
+    room.write_text(BOOTH)
 
     def make(pairs: int = 1, **settings: object) -> SessionConfig:
-        request = Request("kitchen", str(pairs), seed=5, settings=merge(TINY, settings))
+        settings = merge(TINY, settings)
+        request = Request(str(room), str(pairs), seed=5, settings=settings)
         return plan_session(request)
 
     return make

@@ -29,9 +29,9 @@ QUICK = {
     "interface": "portaudio",
     "device": {"name": "room", "stall_s": 1.0},
     "channels": {"microphones": [1], "loopback": 2},
-    "response_s": 0.3,
+    "response_s": 0.5,
     "settle_s": 0.0,
-    "sweep": {"seconds": 0.6, "noise_s": 0.15, "tail_s": 0.45},
+    "sweep": {"seconds": 0.6, "noise_s": 0.15, "tail_s": 0.7},
 }
 ROOM = ["/impulse/read 1 1 0.5 0 0 0 1 {file}", "/impulse/dirac 1 2 0.5 0"]
 
