@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 FLOOR = 1e-6
-GUARD_LOW = 1e-5
+GUARD_LOW = 1e-4
 GUARD_HIGH = 0.1
 TIME_GRID = 96
 

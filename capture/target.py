@@ -18,7 +18,8 @@ OVERSAMPLING = 16
 SPLINE_ORDER = 6
 RING_PERIODS = 6.0
 LONGEST_PRE_PERIODS = 4.0
-WEIGHTS = {"band": 1e5, "stop": 3.0, "slope": 0.03}
+BAND_WEIGHT, SLOPE_WEIGHT = 1e5, 0.05
+STOP_PERIODS, STOP_EXPONENTS = (0.3, 1.0), (0.5, 3.0)
 
 
 def usable_band(
@@ -164,8 +165,10 @@ def _low_pass(low: float, floor: float, pre: float) -> tuple[Array, Array]:
     waves = np.exp(-2j * np.pi * np.outer(grid, times))
     waves *= (np.sinc(grid / rate) ** SPLINE_ORDER)[:, np.newaxis]
     rise = np.clip(np.log(np.maximum(grid, 1e-9) / floor) / np.log(low / floor), 0, 1)
-    weight = np.where(grid <= floor, WEIGHTS["stop"], WEIGHTS["slope"])
-    weight = np.where(grid >= 0.999 * low, WEIGHTS["band"], weight)
+    # Without time before the emission nothing can be stopped below the band.
+    stop = 10 ** np.interp(pre * low, STOP_PERIODS, STOP_EXPONENTS)
+    weight = np.where(grid <= floor, stop, SLOPE_WEIGHT)
+    weight = np.where(grid >= 0.999 * low, BAND_WEIGHT, weight)
     waves *= weight[:, np.newaxis]
     wanted = weight * np.cos(np.pi / 2 * rise) ** 2
     matrix = np.concatenate((waves.real, waves.imag))

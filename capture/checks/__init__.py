@@ -1,6 +1,6 @@
 """Checks of a take, one per file; each says what it found and why it matters."""
 
-from capture.checks.beginning import check_beginning
+from capture.checks.beginning import check_beginning, check_ending
 from capture.checks.clipping import check_clipping
 from capture.checks.constant import check_constant
 from capture.checks.crosstalk import check_crosstalk
@@ -29,6 +29,7 @@ __all__ = [
     "check_direct",
     "check_distortion",
     "check_drift",
+    "check_ending",
     "check_events",
     "check_finite",
     "check_golden",

@@ -8,9 +8,11 @@ from capture.checks.table import CHECKS
 from capture.evidence import Evidence
 from capture.verdict import Verdict
 
-__all__ = ["check_beginning"]
+__all__ = ["check_beginning", "check_ending"]
 
 EARLY_S = 0.02
+EARLY_SAMPLES = 3
+DROP_DB = 12.0
 
 
 @CHECKS.add("beginning")
@@ -29,7 +31,8 @@ def check_beginning(take: Evidence) -> Iterator[Verdict]:
             0.0,
             "s",
         )
-    if np.isfinite(latency) and latency < -1:
+    slipped = take.cable is not None and take.cable.slip is not None
+    if np.isfinite(latency) and latency < -EARLY_SAMPLES and not slipped:
         yield _missing(-latency / take.sample_rate, None)
         return
     if np.isfinite(latency):
@@ -39,6 +42,51 @@ def check_beginning(take: Evidence) -> Iterator[Verdict]:
     for channel in np.flatnonzero(peak < -EARLY_S):
         if take.finite[channel]:
             yield _missing(-float(peak[channel]), int(channel))
+
+
+@CHECKS.add("ending")
+def check_ending(take: Evidence) -> Iterator[Verdict]:
+    """Refuse takes in which the sweep stops before its end.
+
+    The response then ends sharply at the frequency played last; a loudspeaker's
+    own limit is not as sharp.
+    """
+    excitation = take.reference.excitation
+    low, high = excitation.band
+    edges = np.geomspace(low, high, max(int(12 * np.log2(high / low)), 8))
+    size = 2 * take.response.shape[1]
+    index = np.searchsorted(np.fft.rfftfreq(size, 1 / take.sample_rate), edges)
+    if np.any(np.diff(index) < 2):
+        keep = np.concatenate(([True], np.diff(index) >= 2))
+        edges, index = edges[keep], index[keep]
+    if edges.size < 8:
+        return
+    for channel in np.flatnonzero(take.finite & (take.peaks > 0)):
+        power = np.abs(np.fft.rfft(take.response[channel], size)) ** 2
+        sums = np.add.reduceat(power[: index[-1]], index[:-1]) / np.diff(index)
+        level = 10 * np.log10(sums + 1e-300)
+        drop = np.array(
+            [
+                level[at - 4 : at - 1].mean() - level[at + 1 : at + 4].max()
+                for at in range(4, level.size - 6)
+            ]
+        )
+        if not drop.size or drop.max() < DROP_DB:
+            continue
+        at = int(np.argmax(drop)) + 4
+        rest = level[at + 1 :]
+        if level[:at].mean() - rest.max() < DROP_DB:
+            continue
+        yield Verdict(
+            "stops_early",
+            True,
+            f"channel {channel}: the sweep stops at {edges[at]:.0f} Hz, "
+            f"{take.seconds(excitation.time_played(edges[at : at + 1])[0] * take.sample_rate + take.latency)}",
+            float(drop.max()),
+            DROP_DB,
+            "dB",
+            int(channel),
+        )
 
 
 def _missing(seconds: float, channel: int | None) -> Verdict:

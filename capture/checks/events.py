@@ -13,6 +13,7 @@ __all__ = ["check_events"]
 AROUND = 12
 SHIFT_S = 0.002
 SEARCH_S = 0.03
+RESOLUTION = 1.5
 
 
 @CHECKS.add("events")
@@ -65,9 +66,13 @@ def _name(
 ) -> Iterator[Verdict]:
     channel = group[0] if len(group) == 1 else None
     where = f"channel {group[0]}" if len(group) == 1 else f"channels {group}"
-    shift = _shift(take, group[0], time)
     figures = (level, take.limits.event_level_db, "dB", channel, time)
-    if abs(shift) > SHIFT_S:
+    if take.cable is not None:
+        slip = take.cable.slip
+        shift = slip.samples / take.sample_rate if slip else 0.0
+    else:
+        shift = _shift(take, group[0], time)
+    if shift:
         lost = shift < 0
         yield Verdict(
             "lost_samples" if lost else "inserted_samples",
@@ -87,29 +92,30 @@ def _name(
 
 
 def _shift(take: Evidence, channel: int, time: float) -> float:
-    """Return how much later the response is above the frequency of a moment, s."""
+    """Return how much later the response is above the frequency of a moment, s.
+
+    The two parts of the response are compared by the peaks of their envelopes; what
+    the narrower one cannot resolve counts as no shift.
+    """
     excitation = take.reference.excitation
     low, high = excitation.band
-    grid = np.geomspace(1.5 * low, high / 1.5, 200)
-    played = excitation.time_played(grid) + take.latency / take.sample_rate
+    grid = np.geomspace(1.2 * low, high / 1.2, 300)
+    played = excitation.time_played(grid) + np.nanmin(take.onset[channel]) / (
+        take.sample_rate
+    )
     middle = float(np.interp(time, played, grid))
     if not 4 * low < middle < high / 4:
         return 0.0
-    spectrum = np.fft.rfft(take.response[channel], 2 * take.response.shape[1])
-    f = np.fft.rfftfreq(2 * take.response.shape[1], 1 / take.sample_rate)
-    reach = round(SEARCH_S * take.sample_rate)
-    parts = []
-    for inside in (
-        (f > middle / 8) & (f < middle / 1.3),
-        (f > 1.3 * middle) & (f < high),
-    ):
-        wave = np.fft.irfft(np.where(inside, spectrum, 0))
-        smooth = np.convolve(
-            wave**2, np.hanning(round(0.002 * take.sample_rate)), "same"
+    size = 2 * take.response.shape[1]
+    spectrum = np.fft.rfft(take.response[channel], size)
+    f = np.fft.rfftfreq(size, 1 / take.sample_rate)
+    peaks = []
+    for bottom, top in ((middle / 8, middle / 1.3), (1.3 * middle, 8 * middle)):
+        shape = np.clip(
+            np.log(np.maximum(f, 1e-9) / bottom) / np.log(top / bottom), 0, 1
         )
-        rise = np.maximum(np.diff(np.sqrt(smooth)), 0)
-        parts.append(np.fft.rfft(rise, 2 * rise.size))
-    match = np.fft.irfft(parts[1] * np.conj(parts[0]))
-    lags = np.concatenate((np.arange(reach), np.arange(-reach, 0)))
-    values = np.concatenate((match[:reach], match[-reach:]))
-    return float(lags[np.argmax(values)]) / take.sample_rate
+        wave = np.fft.ifft(spectrum * np.sin(np.pi * shape) ** 2, size)
+        peaks.append(int(np.argmax(np.abs(wave[: size // 2]))))
+    shift = (peaks[1] - peaks[0]) / take.sample_rate
+    resolved = max(SHIFT_S, RESOLUTION / middle)
+    return shift if resolved < abs(shift) < SEARCH_S else 0.0

@@ -13,7 +13,8 @@ __all__ = ["check_sweep"]
 LOWEST_HZ = 120.0
 FOUND_DB = 6.0
 ONSET_SHARE = 0.1
-FEWEST = 3
+FEWEST = 4
+CLEAR_DB = 18.0
 SPAN_S = 0.045
 STRAIGHT = 0.3
 
@@ -54,7 +55,7 @@ def _rate(
 ) -> Iterator[Verdict]:
     excitation = take.reference.excitation
     lags, centers = take.energies.lags, take.energies.centers
-    use = (centers >= LOWEST_HZ) & (ratio > 12)
+    use = (centers >= LOWEST_HZ) & (ratio > CLEAR_DB)
     if np.count_nonzero(use) < FEWEST or not excitation.rate:
         return
     order = np.argsort(lags)

@@ -10,37 +10,43 @@ from capture.verdict import Verdict
 
 __all__ = ["check_tail"]
 
-ABOVE_NOISE_DB = 10.0
+SIGMAS = 5.0
+SHORTEST_S = 0.04
+FADED_S = 0.15
+SLACK = 1.2
+LATE_SHARE = 0.35
+SHALLOWEST = 1.6
 
 
 @CHECKS.add("tail")
 def check_tail(take: Evidence) -> Iterator[Verdict]:
-    """Refuse takes whose recording ends while the highest octaves still sound.
+    """Refuse takes whose recording ends while the response still sounds.
 
-    Those were excited last. Their decay is followed to the end of the recording and
-    continued beyond it.
+    The later half of what is known of each octave's decay must be noise; where it
+    still falls, the decay is continued beyond the end of the recording.
     """
-    energies, noise = take.energies, take.noise
-    end = take.recording.shape[1] / take.sample_rate - take.latency / take.sample_rate
-    played = take.reference.excitation.time_played(energies.centers)
-    room = end - played - 0.35 * abs(take.reference.excitation.rate)
+    energies = take.energies
+    end = (take.recording.shape[1] - take.latency) / take.sample_rate
+    known = end - take.reference.excitation.time_played(energies.centers)
+    room = known - 0.35 * abs(take.reference.excitation.rate)
+    room = np.minimum(room, energies.lags.max())
+    fall = _common_fall(take, room)
+    lost = np.zeros_like(take.signal)
     block = energies.octaves.block_s
-    lost = np.zeros(take.signal.shape)
     for octave in range(energies.centers.size):
         last = np.flatnonzero(
-            (energies.lags > room[octave] - 0.04) & (energies.lags < room[octave])
+            (energies.lags > room[octave] - 2.5 * block)
+            & (energies.lags < room[octave])
         )
-        if room[octave] < 0.02 or last.size < 2:
-            continue
-        level = energies.energy[:, octave, last].mean(axis=-1)
-        floor = noise.before[:, octave]
-        floor = np.where(np.isfinite(floor), floor, 0.0)
-        decay = _decay(energies.energy[:, octave], energies.lags, room[octave])
-        rest = np.maximum(level - floor, 0) * np.maximum(decay, 0) / block
-        lost[:, octave] = np.where(level > 10 ** (ABOVE_NOISE_DB / 10) * floor, rest, 0)
-    share = 10 * np.log10(
-        lost.sum(axis=1) / np.maximum(take.signal.sum(axis=1), 1e-300) + 1e-30
-    )
+        if room[octave] > SHORTEST_S and last.size:
+            level = energies.energy[:, octave, last].mean(axis=-1)
+            lost[:, octave] = level / np.maximum(fall * block, 1e-9)
+        else:
+            decayed = np.exp(-fall * max(known[octave], 0.0))
+            lost[:, octave] = take.signal[:, octave] * decayed
+    total = np.maximum(take.signal.sum(axis=1), 1e-300)
+    level = 10 * np.log10(lost.sum(axis=1) / total + 1e-30)
+    share = np.where(fall > 0, level, -300.0)
     take.figures["lost_tail_db"] = [round(float(value), 1) for value in share]
     for channel in np.flatnonzero(share > take.limits.lost_tail_db):
         if take.finite[channel]:
@@ -56,19 +62,28 @@ def check_tail(take: Evidence) -> Iterator[Verdict]:
             )
 
 
-def _decay(energy: np.ndarray, lags: np.ndarray, room: float) -> np.ndarray:
-    """Return the time constant of the second half of the known decay, s.
-
-    What does not fall is noise, and no decay: its constant is 0.
-    """
-    inside = np.flatnonzero((lags > room / 2) & (lags < room))
-    if inside.size < 4:
-        inside = np.flatnonzero((lags > 0) & (lags < room))
-    if inside.size < 4:
-        return np.full(len(energy), 0.05)
-    x = lags[inside] - lags[inside].mean()
-    y = np.log(np.maximum(energy[:, inside], 1e-300))
-    slope = (y * x).sum(axis=1) / (x * x).sum()
-    noise = np.sqrt(1.0 / (x * x).sum())
-    falls = slope < -3 * noise
-    return np.where(falls, -1 / np.where(falls, slope, -1.0), 0.0)
+def _common_fall(take: Evidence, room: np.ndarray) -> np.ndarray:
+    """Return the rate at which late energy falls in all octaves, 1/s; 0 for none."""
+    energies = take.energies
+    top = np.zeros(len(take.recording))
+    bottom, longest = 0.0, 0.0
+    for octave in np.flatnonzero(room > SHORTEST_S):
+        lags = energies.lags
+        start = max(room[octave] * (1 - LATE_SHARE), 0.01)
+        inside = np.flatnonzero((lags > start) & (lags < room[octave]))
+        if inside.size < 4 and room[octave] < FADED_S:
+            inside = np.flatnonzero((lags > 0.01) & (lags < room[octave]))
+        if inside.size < 3:
+            continue
+        x = lags[inside] - lags[inside].mean()
+        y = np.log(np.maximum(energies.energy[:, octave, inside], 1e-300))
+        freedom = max(0.7 * energies.centers[octave] * energies.octaves.block_s, 1)
+        top += freedom * (y * x).sum(axis=1)
+        bottom += freedom * float((x * x).sum())
+        longest = max(longest, float(np.ptp(x)))
+    if not bottom:
+        return top
+    slope = top / bottom
+    sure = slope < -SIGMAS * SLACK / np.sqrt(bottom)
+    deep = -slope * longest > np.log(SHALLOWEST)
+    return np.where(sure & deep, -slope, 0.0)
