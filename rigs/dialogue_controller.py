@@ -133,7 +133,7 @@ class DialogueController:
                 self._pending = self._pending[match.end() :]
                 return match
             left = deadline - self.clock.now()
-            if left < 0.0:
+            if left <= 0.0:
                 raise SilenceError(
                     f"no answer like {pattern!r} within {timeout:.1f} s; received "
                     f"{self._pending[-40:]!r}"

@@ -257,6 +257,10 @@ class GrblController(GrblState):
             "known": self.known,
             "reboots_seen": self.link.reboots,
             "damaged_lines": self.link.noise,
+            "homings": self.homings,
+            "alarms": self.alarms,
+            "settle_s": self.options.settle_s,
+            "quiet": list(self.options.quiet),
         }
 
 

@@ -64,6 +64,8 @@ class GrblState:
         self._why = NEVER_HOMED
         self._snag = ""
         self.reference: Reference | None = None
+        self.alarms = 0
+        self.homings = 0
 
     # -- what is known ----------------------------------------------------------------
 
@@ -87,6 +89,7 @@ class GrblState:
             self.state = "Alarm"
             self._lose(error)
         elif isinstance(error, AlarmError):
+            self.alarms += 1
             self.state = f"Alarm({error.code})"
             if error.code not in KEEPS_POSITION:
                 self._lose(error)
@@ -181,6 +184,7 @@ class GrblState:
             self._give_up(error)
             raise
         self.state = "Idle"
+        self.homings += 1
         self._at = here[: len(self.axes)]
 
     def _learn_reference(self) -> None:
