@@ -7,7 +7,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from rir.dataset import Dataset, PairRows
+    from rir.dataset import Dataset
     from rir.dataset_writer import DatasetWriter
     from rir.errors import (
         ConfigError,
@@ -30,9 +30,10 @@ if TYPE_CHECKING:
     from rir.registry import Registry
     from rir.response import ImpulseResponse
     from rir.room import Air, Box, RoomSpec, Surface
+    from rir.rows import PairRows
 
 _HOMES = {
-    "rir.dataset": "Dataset PairRows",
+    "rir.dataset": "Dataset",
     "rir.dataset_writer": "DatasetWriter",
     "rir.errors": (
         "ConfigError DatasetError InterfaceError MissingPartError OutOfReachError"
@@ -45,6 +46,7 @@ _HOMES = {
     "rir.registry": "Registry",
     "rir.response": "ImpulseResponse",
     "rir.room": "Air Box RoomSpec Surface",
+    "rir.rows": "PairRows",
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names.split()}
 

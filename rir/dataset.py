@@ -1,7 +1,6 @@
 """Responses with their poses: any number of sessions read as one data set."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -17,61 +16,10 @@ from rir.pose import Poses
 from rir.records import Environment, Measurement, PairRecord, Provenance
 from rir.response import ImpulseResponse, as_samples, check_sample_rate
 from rir.room import RoomSpec
+from rir.rows import PairRows, Responses, Rows
 from rir.schema import COLUMNS, empty_column
 
 __all__ = ["Dataset", "PairRows", "Responses"]
-
-Rows = NDArray[np.intp]
-
-
-@dataclass(frozen=True)
-class PairRows:
-    """Rows of one reciprocity pair: A to B, and B to A."""
-
-    session: str
-    pair_id: int
-    forward: Rows
-    reverse: Rows
-
-    @property
-    def complete(self) -> bool:
-        """Whether both directions are there."""
-        return len(self.forward) > 0 and len(self.reverse) > 0
-
-
-class Responses:
-    """All responses as an array that reads its rows when asked.
-
-    Index with a number, a slice, a list or an integer array; the answer has
-    shape (n,) or (k, n) and starts at the emission.
-    """
-
-    def __init__(self, dataset: "Dataset") -> None:
-        self._dataset = dataset
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Rows and samples per row."""
-        return len(self._dataset), self._dataset.n_samples
-
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        """Type of the samples."""
-        return self[0].dtype if len(self) else np.dtype(np.float64)
-
-    def __len__(self) -> int:
-        return len(self._dataset)
-
-    def __getitem__(self, index: Any) -> NDArray[Any]:
-        rows = np.arange(len(self))[index]
-        block = self._dataset.read(np.atleast_1d(rows))
-        return block[0] if np.ndim(rows) == 0 else block
-
-    def __iter__(self) -> Iterator[NDArray[Any]]:
-        return (self[i] for i in range(len(self)))
-
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
-        return np.asarray(self[:], dtype=dtype)
 
 
 class Dataset:
