@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from analysis.differences import PAPER_SYMBOLS
 from analysis.metrics import METRICS
 from analysis.metrics.metric import Features
-from rir.dataset import Dataset, PairRows
+from rir.dataset import Dataset
 from rir.errors import DatasetError
+from rir.rows import PairRows
 
 __all__ = ["RoomDistances", "measure_pairs", "pairs_of_rooms"]
 
