@@ -18,6 +18,7 @@ SEGMENT_S = 0.04
 LOWEST_HZ = 80.0
 FARTHEST_S = 0.012
 SMALLEST_SLIP = 0.6
+SMALLEST_TURN = 0.03
 
 
 @dataclass(frozen=True)
@@ -115,6 +116,19 @@ class Cable:
                 delays.append(lag)
         return np.array(times), np.array(delays)
 
+    @property
+    def _rate(self) -> float:
+        return self.reference.excitation.sample_rate
+
+    def _frequency(self, time: float) -> float:
+        """Return what the excitation plays at a time of the recording, Hz."""
+        excitation = self.reference.excitation
+        grid = np.geomspace(*excitation.band, 400)
+        played = (
+            excitation.time_played(grid) + self.reference.clock.latency / self._rate
+        )
+        return float(np.interp(time, played, grid))
+
     @cached_property
     def slip(self) -> Slip | None:
         """The largest lasting change of delay of half a sample or more."""
@@ -122,23 +136,17 @@ class Cable:
         if delays.size < 8:
             return None
         # A filter bends delays slowly; a slip is a step between neighbours.
-        step = np.array(
-            [
-                np.median(delays[at + 1 : at + 4]) - np.median(delays[at - 3 : at])
-                for at in range(3, delays.size - 3)
-            ]
-        )
-        around = np.array(
-            [
-                (step[max(at - 4, 0)] + step[min(at + 4, step.size - 1)]) / 2
-                for at in range(step.size)
-            ]
-        )
+        windows = np.median(np.lib.stride_tricks.sliding_window_view(delays, 3), axis=1)
+        step = windows[4:] - windows[:-4]
+        index = np.arange(step.size)
+        before, after = np.maximum(index - 4, 0), np.minimum(index + 4, step.size - 1)
+        around = (step[before] + step[after]) / 2
         sharp = step - around
         at = int(np.argmax(np.abs(sharp)))
+        turn = 2 * np.pi * self._frequency(times[at + 3]) / self._rate
         noise = 1.5 * float(np.median(np.abs(np.diff(delays))))
         lasting = np.median(delays[at + 4 :]) - np.median(delays[: at + 3])
-        if abs(sharp[at]) < max(SMALLEST_SLIP, 6 * noise):
+        if abs(sharp[at]) < max(SMALLEST_SLIP, 6 * noise, SMALLEST_TURN / turn):
             return None
         if abs(lasting) < 0.5 * abs(sharp[at]):
             return None

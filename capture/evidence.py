@@ -115,6 +115,14 @@ class Evidence:
         first = np.argmax(size >= 0.1 * top[:, np.newaxis], axis=1).astype(float)
         return np.where(top > 0, first - self.reference.excitation.pre, np.nan)
 
+    @cached_property
+    def start(self) -> Array:
+        """Lag of the first block within 10 dB of the loudest, per channel, s."""
+        order = np.argsort(self.energies.lags)
+        power = self.energies.energy.sum(axis=1)[:, order]
+        first = np.argmax(power >= 0.1 * power.max(axis=1, keepdims=True), axis=1)
+        return self.energies.lags[order][first]
+
     def seconds(self, sample: float) -> str:
         """Return a place in the recording for a person."""
         return f"{sample / self.sample_rate:.3f} s"

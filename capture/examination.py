@@ -140,12 +140,12 @@ def _group(
     names = [[int(channel)] for channel in block]
     if channels <= CHANNELS_SINGLE:
         return lags, rows, names
-    level = np.sqrt(np.mean(rows**2, axis=1))
+    level = np.sqrt(np.einsum("cn,cn->c", rows, rows) / rows.shape[1])
     weight = np.where(level > 0, 1 / np.where(level > 0, level, 1), 0)
     weight *= np.resize([1.0, 1.0, -1.0, 1.0], weight.size)
     return (
-        (weight @ lags)[np.newaxis],
-        (weight @ rows)[np.newaxis],
+        np.einsum("c,cn->n", weight, lags)[np.newaxis],
+        np.einsum("c,cn->n", weight, rows)[np.newaxis],
         [[int(channel) for channel in block]],
     )
 

@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 BLOCK_S = 0.01
 ORDERS = (2, 3)
 LEAD_S = 0.03
+RING_S = 0.2
 PACKET_S = 0.15
 
 
@@ -52,7 +53,7 @@ def lag_gate(reference: Reference, n_recorded: int) -> NDArray[np.float32]:
     latency = reference.clock.latency
     tail = n_recorded - excitation.n_played
     tail -= int(latency) if np.isfinite(latency) else 0
-    stop = max(tail, excitation.length, int(0.05 * rate))
+    stop = max(tail, excitation.length, int(0.05 * rate)) + int(RING_S * rate)
     gate[: min(stop, excitation.n)] = 0
     gate[-max(excitation.pre, int(LEAD_S * rate)) :] = 0
     for order in ORDERS:

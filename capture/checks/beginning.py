@@ -13,6 +13,7 @@ __all__ = ["check_beginning", "check_ending"]
 EARLY_S = 0.02
 EARLY_SAMPLES = 3
 DROP_DB = 12.0
+WEAK_SHARE = 0.1
 
 
 @CHECKS.add("beginning")
@@ -61,7 +62,8 @@ def check_ending(take: Evidence) -> Iterator[Verdict]:
         edges, index = edges[keep], index[keep]
     if edges.size < 8:
         return
-    for channel in np.flatnonzero(take.finite & (take.peaks > 0)):
+    weak = take.signal[:, -1] < WEAK_SHARE * take.signal.max(axis=1)
+    for channel in np.flatnonzero(take.finite & (take.peaks > 0) & weak):
         power = np.abs(np.fft.rfft(take.response[channel], size)) ** 2
         sums = np.add.reduceat(power[: index[-1]], index[:-1]) / np.diff(index)
         level = 10 * np.log10(sums + 1e-300)

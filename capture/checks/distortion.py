@@ -44,32 +44,39 @@ def check_distortion(take: Evidence) -> Iterator[Verdict]:
 
 def harmonic_share(take: Evidence) -> np.ndarray:
     """Return amplitudes of harmonics over the linear response, per channel."""
-    energies, rate = take.energies, take.reference.excitation.rate
-    total = np.zeros(len(take.recording))
+    rate = take.reference.excitation.rate
     if rate * np.log(2) < NEAREST_S:
         return np.full(len(take.recording), np.nan)
-    lags, valid = energies.lags, energies.valid()
     floor = take.noise.before
-    late = take.noise.floor
-    floor = np.where(np.isfinite(floor), floor, late)
+    floor = np.where(np.isfinite(floor), floor, take.noise.floor)
+    return np.array(
+        [
+            _share(take, channel, floor[channel])
+            for channel in range(len(take.recording))
+        ]
+    )
+
+
+def _share(take: Evidence, channel: int, floor: np.ndarray) -> float:
+    energies, rate = take.energies, take.reference.excitation.rate
+    energy, valid = energies.energy[channel], energies.valid()
+    lags = energies.lags - take.start[channel]
+    total = 0.0
     for order in ORDERS:
         lead = rate * np.log(order)
-        room = rate * np.log(order / (order - 1)) - BEFORE_S
-        window = (lags > -lead - BEFORE_S) & (lags < -lead + min(AFTER_S, room))
-        linear = (lags > -BEFORE_S) & (lags < min(AFTER_S, room))
+        room = min(AFTER_S, rate * np.log(order / (order - 1)) - BEFORE_S)
+        window = (lags > -lead - BEFORE_S) & (lags < -lead + room)
+        linear = (lags > -BEFORE_S) & (lags < room)
         use = (energies.centers > LOWEST_HZ) & (
             energies.centers > 1.5 * order * take.reference.excitation.band[0]
         )
         ratios = []
         for octave in np.flatnonzero(use):
-            if not np.any(valid[octave] & window):
-                continue
-            found = energies.energy[:, octave, window & valid[octave]].sum(axis=-1)
-            noise = floor[:, octave] * np.count_nonzero(window & valid[octave])
-            base = energies.energy[:, octave, linear].sum(axis=-1)
-            clear = found > ABOVE_NOISE * noise
-            ratio = (found - noise) / np.maximum(base, 1e-300)
-            ratios.append(np.where(clear, ratio, 0.0))
-        if ratios:
-            total += np.median(np.array(ratios), axis=0)
-    return np.sqrt(np.minimum(total, 1.0))
+            inside = window & valid[octave]
+            noise = floor[octave] * np.count_nonzero(inside)
+            found, base = energy[octave, inside].sum(), energy[octave, linear].sum()
+            if np.any(inside) and base > 0:
+                clear = found > ABOVE_NOISE * noise
+                ratios.append((found - noise) / base if clear else 0.0)
+        total += float(np.median(ratios)) if ratios else 0.0
+    return float(np.sqrt(min(max(total, 0.0), 1.0)))

@@ -11,6 +11,7 @@ from capture.verdict import Verdict
 __all__ = ["check_events"]
 
 AROUND = 12
+QUIET_SHARE = 0.05
 SHIFT_S = 0.002
 SEARCH_S = 0.03
 RESOLUTION = 1.5
@@ -49,10 +50,10 @@ def worst_event(rest: np.ndarray, whole: np.ndarray) -> tuple[int, float, float]
         return None
     pair = (rest[1:] + rest[:-1]) / 2
     base = np.median(rest)
-    near = np.array(
-        [np.median(rest[max(i - AROUND, 0) : i + AROUND]) for i in range(pair.size)]
-    )
-    sound = np.maximum((whole[1:] + whole[:-1]) / 2, 0.1 * np.median(whole))
+    padded = np.pad(rest, (AROUND, AROUND), mode="edge")
+    view = np.lib.stride_tricks.sliding_window_view(padded, 2 * AROUND)
+    near = np.median(view[: pair.size], axis=1)
+    sound = np.maximum((whole[1:] + whole[:-1]) / 2, QUIET_SHARE * np.mean(whole))
     floor = np.maximum(np.maximum(base, near), 1e-12 * np.max(whole))
     level = 10 * np.log10(pair / np.maximum(sound, 1e-300) + 1e-30)
     contrast = 10 * np.log10(pair / floor + 1e-30)

@@ -73,12 +73,12 @@ def longest_gap(row: np.ndarray, begin: int, end: int) -> tuple[int, int, bool]:
         lasts = not np.any(row[stop:])
         if lasts and stop < end:
             continue
-        around = np.concatenate(
-            (row[max(start - LOOK, 0) : start], row[stop : stop + LOOK])
-        )
-        steps = np.diff(np.unique(np.abs(around)))
+        before, after = row[max(start - LOOK, 0) : start], row[stop : stop + LOOK]
+        steps = np.diff(np.unique(np.abs(np.concatenate((before, after)))))
         quantum = float(steps.min()) if steps.size else 0.0
-        jump = max(abs(row[start - 1]), 0.0 if stop >= row.size else abs(row[stop]))
-        if jump > STEEP * quantum:
+        jump = max(abs(row[start - 1]), 0.0 if lasts else abs(row[stop]))
+        loud = np.sqrt(np.mean(before**2))
+        loud = loud if lasts else min(loud, np.sqrt(np.mean(after**2)))
+        if jump > STEEP * quantum and loud > STEEP * quantum:
             best = (int(start), length, lasts)
     return best
