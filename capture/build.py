@@ -156,6 +156,7 @@ def _writer(
             "config": config.model_dump(mode="json"),
             "sweep": examiner.sweep.describe(),
             "started": about,
+            **({"notes": state.notes} if state.notes else {}),
         },
         created_utc=state.first.get("time", ""),
         emitter_gain=gain,
@@ -220,6 +221,6 @@ def _columns(
         "raw_file": take.event["file"],
         "raw_sha256": take.event["sha256"],
         "verdict": "accepted",
-        "reasons": "; ".join(take.event["marks"]),
+        "reasons": "; ".join([*started.get("mended", []), *take.event["marks"]]),
         **air,
     }

@@ -7,6 +7,7 @@ from math import isfinite
 from typing import Any, Protocol
 
 from capture.plan import Move
+from capture.state import MENDED
 from rigs import Carriers, Clock
 from rigs.manual import instruction
 from rir import Pose, RigError, RoomSpec
@@ -90,6 +91,8 @@ class RigPair:
         Asks a person whether a rig that has lost its position may be homed.
     homing : bool
         Whether the rigs need homing before their first move.
+    note : callable, optional
+        Takes what happened into the journal.
     """
 
     def __init__(
@@ -98,10 +101,12 @@ class RigPair:
         *,
         ask: Callable[[str], bool] | None = None,
         homing: bool = False,
+        note: Callable[[str], None] | None = None,
     ) -> None:
         self.carriers = carriers
         self.homing = homing
         self._ask = ask
+        self._note = note
 
     @property
     def simulated(self) -> bool:
@@ -121,10 +126,15 @@ class RigPair:
             If nobody agrees.
         """
         if self.homing and None in self.carriers.where():
-            self.mend(RigError("the rigs do not know where they are"))
+            self._home(RigError("the rigs do not know where they are"))
 
     def mend(self, error: RigError) -> None:
         """Home what is lost after a fault, if a person agrees; else raise the fault."""
+        self._home(error)
+        if self._note is not None:
+            self._note(f"{MENDED}{error}")
+
+    def _home(self, error: RigError) -> None:
         question = f"{error}. Home the rigs now? They will move. [y/N]"
         if self._ask is None or not self._ask(question):
             raise error

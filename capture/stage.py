@@ -155,7 +155,7 @@ def build_mover(
         ask=consent,
         tell=voice.say if voice else None,
     )
-    return RigPair(carriers, ask=consent, homing=True)
+    return RigPair(carriers, ask=consent, homing=True, note=note)
 
 
 def rig_file(name: str) -> Path:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from capture.journal import Event
 from capture.plan import Measure, Plan
 
-__all__ = ["SessionState", "TakeState"]
+__all__ = ["MENDED", "SessionState", "TakeState"]
 
 
 @dataclass(frozen=True)
@@ -24,6 +24,10 @@ class TakeState:
         return bool(self.event.get("accepted"))
 
 
+MENDED = "rig homed again: "
+"""How a note begins that tells of a rig fault; the next take is marked with it."""
+
+
 @dataclass
 class SessionState:
     """The sum of a session's events.
@@ -34,13 +38,19 @@ class SessionState:
         Recorded takes by name; a later event about the same take replaces the
         earlier one, so that no take can count twice.
     started : dict of str to dict
-        The last ``take_started`` event of each take.
+        The last ``take_started`` event of each take; what was mended right before it
+        is in its "mended".
+    notes : list of str
+        What the operator and the rigs had to say.
     """
 
     takes: dict[str, TakeState] = field(default_factory=dict)
     started: dict[str, Event] = field(default_factory=dict)
     used: dict[str, int] = field(default_factory=dict)
     first: Event = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+    mended: list[str] = field(default_factory=list)
+    """What was mended since the last take began."""
 
     @staticmethod
     def of(events: Iterable[Event]) -> "SessionState":
@@ -56,7 +66,12 @@ class SessionState:
         if kind == "session_started":
             self.first = event
         elif kind == "take_started":
-            self.started[event["take"]] = event
+            self.started[event["take"]] = {**event, "mended": self.mended}
+            self.mended = []
+        elif kind == "note":
+            self.notes.append(event["text"])
+            if event["text"].startswith(MENDED):
+                self.mended = [*self.mended, event["text"]]
         elif kind == "take_finished":
             # Figures stay in the journal: a week of them would fill the memory.
             kept = {key: value for key, value in event.items() if key != "figures"}
