@@ -106,8 +106,9 @@ def load_scene(name_or_path: str | Path, materials: Any = None) -> Scene:
     Parameters
     ----------
     name_or_path : str or Path
-        One of `SCENES`; a room YAML; a mesh file; or a folder that holds one mesh
-        (the layout of iGibson scenes: any depth, the largest mesh is the room).
+        One of `SCENES`; a room YAML; a mesh file; or a folder with meshes, also in
+        the layout of iGibson (``mesh_z_up.obj``, or parts in ``shape/collision``);
+        else its largest mesh is the room.
     materials : optional
         For meshes; see `rooms.surfaces.resolve_surfaces`. A mesh without known
         materials is given the furnished wall's when left out.
@@ -128,7 +129,7 @@ def load_scene(name_or_path: str | Path, materials: Any = None) -> Scene:
     if path.suffix in (".yaml", ".yml"):
         return _from_room_file(path)
     if path.is_dir():
-        return _from_mesh(_largest_mesh(path), materials, path.name)
+        return _from_folder(path, materials)
     if path.suffix.lower() in _MESHES:
         return _from_mesh(path, materials, path.stem)
     return SCENES[str(name_or_path)]()
@@ -156,8 +157,54 @@ def _from_mesh(path: Path, materials: Any, name: str) -> Scene:
     return Scene.from_mesh(path, {"all": "furnished_wall"}, name=name)
 
 
+def _from_folder(folder: Path, materials: Any) -> Scene:
+    """Return the scene of a folder with one mesh, or with one per part of a room.
+
+    Two layouts of the iGibson data sets are known: ``mesh_z_up.obj``, and
+    ``shape/collision`` with walls, floors and ceilings in files of their own.
+    """
+    whole = folder / "mesh_z_up.obj"
+    parts = _meshes_in(folder / "shape" / "collision")
+    if whole.exists() or not parts:
+        mesh = whole if whole.exists() else _largest_mesh(folder)
+        return _from_mesh(mesh, materials, folder.name)
+    geometry = _assembled(parts)
+    named = {name: _guess(name) for name in geometry.surface_names}
+    chosen = named if materials is None else materials
+    return Scene.of_geometry(geometry, chosen, name=folder.name)
+
+
+def _guess(part: str) -> str:
+    """Return a material for a part of a house, by its name."""
+    guesses = {"floor": "wood_floor", "ceil": "plasterboard_on_studs"}
+    guesses |= {"wall": "plaster_on_masonry", "window": "window_glass"}
+    found = [material for word, material in guesses.items() if word in part.lower()]
+    return found[0] if found else "furnished_wall"
+
+
+def _assembled(parts: list[Path]) -> Any:
+    """Return one mesh of many files, each a surface named after its file."""
+    from rooms.mesh import MeshGeometry
+    from rooms.mesh.loading import load_mesh
+
+    vertices, faces, names, count = [], [], [], 0
+    for part in parts:
+        mesh = load_mesh(part)
+        vertices.append(mesh.vertices)
+        faces.append(mesh.faces + count)
+        names += [part.stem] * len(mesh.faces)
+        count += len(mesh.vertices)
+    return MeshGeometry.from_arrays(
+        np.concatenate(vertices), np.concatenate(faces), names
+    )
+
+
+def _meshes_in(folder: Path) -> list[Path]:
+    return [p for p in sorted(folder.rglob("*")) if p.suffix.lower() in _MESHES]
+
+
 def _largest_mesh(folder: Path) -> Path:
-    meshes = [p for p in sorted(folder.rglob("*")) if p.suffix.lower() in _MESHES]
+    meshes = _meshes_in(folder)
     if not meshes:
         raise SceneError(f"{folder} holds no mesh ({', '.join(_MESHES)})")
     return max(meshes, key=lambda p: p.stat().st_size)

@@ -12,7 +12,7 @@ from rooms.scene import Scene
 
 __all__ = ["Block", "Layout", "paper_layout"]
 
-_BLOCK = 64
+_BLOCK = 128
 """Listeners computed and stored at a time: the unit that is resumed."""
 
 

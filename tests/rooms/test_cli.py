@@ -87,6 +87,70 @@ def test_scenes_from_folders(tmp_path):
         load_scene("cellar")
 
 
+OBJ = """
+v 0 0 0
+v 4 0 0
+v 4 3 0
+v 0 3 0
+v 0 0 2.5
+v 4 0 2.5
+v 4 3 2.5
+v 0 3 2.5
+"""
+
+
+def test_a_house_in_parts_becomes_one_room(tmp_path):
+    folder = tmp_path / "house" / "shape" / "collision"
+    folder.mkdir(parents=True)
+    parts = {
+        "floor_0": ["1 2 3", "1 3 4"],
+        "ceiling_0": ["5 6 7", "5 7 8"],
+        "wall_0": [
+            "1 2 6",
+            "1 6 5",
+            "2 3 7",
+            "2 7 6",
+            "3 4 8",
+            "3 8 7",
+            "4 1 5",
+            "4 5 8",
+        ],
+    }
+    for name, faces in parts.items():
+        text = OBJ + "".join(f"f {face}\n" for face in faces)
+        (folder / f"{name}.obj").write_text(text)
+    scene = load_scene(tmp_path / "house")
+    np.testing.assert_allclose(scene.geometry.volume, 30.0)
+    assert scene.geometry.surfaces == 4
+    assert scene.name == "house"
+    assert len(np.unique(scene.absorption[:, 0])) == 3
+
+
+def test_a_sofa_directivity_becomes_a_pattern(tmp_path):
+    sofar = pytest.importorskip("sofar")
+    pytest.importorskip("netCDF4")
+    cardioid = GainPattern.cardioid()
+    azimuth, elevation = np.meshgrid(np.arange(0, 360, 30), np.arange(-75, 90, 30))
+    a, e = np.radians(azimuth.ravel()), np.radians(elevation.ravel())
+    ways = np.stack([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)], axis=1)
+    sofa = sofar.Sofa("FreeFieldDirectivityTF")
+    frequencies = np.array([125.0, 500.0, 2000.0, 8000.0])
+    gains = np.repeat(cardioid.gain(ways), len(frequencies), axis=1)
+    sofa.Data_Real, sofa.Data_Imag = gains[None], np.zeros_like(gains)[None]
+    sofa.N = frequencies
+    sofa.ReceiverPosition = np.column_stack(
+        [azimuth.ravel(), elevation.ravel(), np.ones(azimuth.size)]
+    )
+    sofa.ReceiverPosition_Type = "spherical"
+    sofa.ReceiverPosition_Units = "degree, degree, metre"
+    path = tmp_path / "speaker.sofa"
+    sofar.write_sofa(str(path), sofa)
+    fitted = load_gain(path)
+    np.testing.assert_allclose(
+        fitted.gain(ways), np.repeat(cardioid.gain(ways), 7, axis=1), atol=1e-6
+    )
+
+
 def test_accuracies_are_read():
     assert parse_accuracy({"C50": 0.1}) == {"clarity_db": 0.1}
     with pytest.raises(SignalError, match="cannot read"):
