@@ -108,17 +108,32 @@ def guess(means, first, knee, noise, theta):
 
 
 @njit(cache=True)
-def is_patterned(ratio, first, count, freedom):
-    """Return whether neighbouring residuals agree, or scatter more than chance."""
-    products, squares = 0.0, 1e-30
-    for k in range(first, count - 1):
-        products += ratio[k] * ratio[k + 1]
-        squares += ratio[k] * ratio[k]
-    blocks = count - 1 - first
-    if squares < 1e-8 * blocks:
+def is_patterned(ratio, first, count):
+    """Return whether residuals stay on one side longer than chance lets them.
+
+    Neighbours must not agree, and sums of six blocks not exceed the scatter from
+    block to block.
+    """
+    groups = (count - first) // 6
+    if groups < 2:
         return False
-    excess = squares / blocks * 0.5 * freedom > 1.5
-    return products / squares > (0.5 if excess else 1.5) / np.sqrt(blocks)
+    sums, steps, products, squares = 0.0, 0.0, 0.0, 1e-30
+    for group in range(groups):
+        total = 0.0
+        for k in range(first + 6 * group, first + 6 * group + 6):
+            value = min(max(ratio[k], -1.0), 1.0)
+            total += value
+            squares += value * value
+            if k > first:
+                before = min(max(ratio[k - 1], -1.0), 1.0)
+                steps += (value - before) ** 2
+                products += value * before
+        sums += total * total
+    if squares < 6e-8 * groups:
+        return False
+    scatter = steps / (12.0 * groups)
+    excess = sums / (6.0 * groups) > scatter * (1.0 + np.sqrt(2.0 / groups))
+    return excess or products / squares > 1.0 / np.sqrt(6.0 * groups)
 
 
 @njit(cache=True)
@@ -133,7 +148,7 @@ def residuals(theta, means, used, first, count, freedom, ratio):
             sizes[n] = abs(ratio[k])
             n += 1
     spread = max(1.4826 * median_of(sizes[:n]), np.sqrt(2.0 / freedom))
-    return spread, is_patterned(ratio, first, count, freedom)
+    return spread, is_patterned(ratio, first, count)
 
 
 @njit(cache=True)

@@ -17,6 +17,8 @@ BLOCKS = 96
 """Blocks of the window that holds the decay and as much noise again."""
 MOST_EVENTS = 6
 """More outlying blocks than this are a pattern (flutter), not events."""
+CLEAR_GAIN = 10.0
+"""Gain in deviance, in units of its scatter, that a second slope must bring."""
 LEAST_BLOCKS = 8
 """Fewer blocks than this cannot be fitted."""
 FEW_BLOCKS = 14
@@ -105,7 +107,7 @@ class NoiseFit:
         if patterned and self.count - self.first >= 20:
             self._add_slope(free[0], spread, best)
             if self.theta[3] > NOTHING:
-                free = np.arange(free[0], PARAMETERS)
+                free = np.arange(int(self.theta[0] == NOTHING), PARAMETERS)
                 self.used[self.first : self.count] = True
                 found = self._judge()[2]
         for _ in range(2):
@@ -168,9 +170,20 @@ class NoiseFit:
                 trial[[1, 2, 3, 4]] = trial[[3, 4, 1, 2]]
             seen = math.exp(trial[4]) * (self.count - self.first) > 1.0
             apart = trial[2] - trial[4] > 0.25
-            if seen and apart and value < chosen - 15.0 * spread * spread:
+            if seen and apart and value < chosen - CLEAR_GAIN * spread * spread:
                 kept, chosen = trial, value
+        if kept is not self.theta and lowest == 0:
+            kept = self._drop_noise_of(kept, chosen)
         self.theta = kept
+
+    def _drop_noise_of(self, theta: FloatArray, best: float) -> FloatArray:
+        """Leave the noise out of two slopes where the blocks do not ask for it."""
+        if level_at(theta, float(self.count)) < 0.2 * math.exp(theta[0]):
+            return theta
+        trial = theta.copy()
+        trial[0] = NOTHING
+        value = self._improve(trial, np.arange(1, PARAMETERS))
+        return trial if value <= best + 8.0 / (self.width * self.density) else theta
 
 
 def narrowest_block(density: float) -> float:
