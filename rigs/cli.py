@@ -141,6 +141,20 @@ def home(file: File, yes: Yes = False) -> None:
 
 
 @app.command()
+def confirm(file: File, yes: Yes = False) -> None:
+    """Visit the reference switches and find out whether steps were lost."""
+    console = _console()
+    carriers = _open(file, yes=yes)
+    try:
+        _home(carriers, yes=yes)
+        for rig, drift in zip(carriers.rigs, carriers.confirm(), strict=True):
+            known = f"{1e6 * drift:.0f} µm" if drift == drift else "cannot be told"
+            console.print(f"{rig.name}: drift {known}")
+    finally:
+        carriers.close()
+
+
+@app.command()
 def where(file: File) -> None:
     """Say where the carriers are, and draw it."""
     from rigs.planview import coloured, plan_of

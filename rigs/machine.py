@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from itertools import pairwise, product
 from typing import Any
 
@@ -11,35 +10,12 @@ import numpy as np
 from rigs.controller import Controller
 from rigs.envelope import Envelope
 from rigs.faults import LineError
-from rigs.frame import Frame
+from rigs.mount import AXES, FIXED_TOLERANCE, Mount
 from rigs.rig import Surroundings
 from rir.errors import OutOfReachError, RigError
 from rir.pose import Pose
 
-AXES = ("x", "y", "z", "yaw")
-FIXED_TOLERANCE = {"x": 1.0, "y": 1.0, "z": 1.0, "yaw": 1.0}
-"""How far an axis that cannot move may be from what a pose asks, mm or degrees."""
 RECONNECT_WAITS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 30.0)
-
-
-@dataclass(frozen=True, eq=False)
-class Mount:
-    """How the carried device sits on the machine.
-
-    Parameters
-    ----------
-    frame
-        From machine to room.
-    fixed
-        Machine positions of the axes nothing moves, mm and degrees.
-    free_orientation
-        Whether the device is turned by hand or has no preferred direction, so that
-        any orientation asked for is taken as given.
-    """
-
-    frame: Frame = field(default_factory=Frame)
-    fixed: dict[str, float] = field(default_factory=dict)
-    free_orientation: bool = False
 
 
 class MachineRig:

@@ -7,7 +7,7 @@ from pydantic import Field
 
 from rigs.envelope import Envelope, KeepOut
 from rigs.frame import Frame
-from rigs.machine import Mount
+from rigs.mount import Mount
 from rir.config import Config
 
 Triple = tuple[float, float, float]

@@ -20,7 +20,6 @@ LINE_LENGTH = 80
 PARSE_TIME = 0.0015
 START_DELAY = 0.002
 HOLD_LATENCY = 0.04
-PLANNER = 15
 BOOT_TIME = 0.1
 RESET = 0x18
 ALARM_TEXT_DELAY = 0.5
@@ -272,14 +271,10 @@ class GrblFirmware(Chip):
         """Return when the move ends, earlier if it runs onto a switch."""
         if not self.settings[21] or self.state == "Home":
             return glide.end_time
-        times = np.linspace(glide.begin, glide.end_time, 400)
-        for time in times:
-            if np.any(glide.position(float(time)) + self.slipped > -1e-9) and np.any(
-                (glide.end - glide.start)[
-                    glide.position(float(time)) + self.slipped > -1e-9
-                ]
-                > 0
-            ):
+        onward = glide.end > glide.start
+        for time in np.linspace(glide.begin, glide.end_time, 400):
+            pressed = glide.position(float(time)) + self.slipped > -1e-9
+            if np.any(pressed & onward):
                 return float(time)
         return glide.end_time
 

@@ -19,7 +19,8 @@ from rigs.firmware.grbl import GrblFirmware
 from rigs.frame import Frame
 from rigs.grbl_controller import GrblController
 from rigs.grbl_options import GrblOptions
-from rigs.machine import MachineRig, Mount
+from rigs.machine import MachineRig
+from rigs.mount import Mount
 from rigs.rig import Surroundings
 from rir.errors import OutOfReachError, RigError
 from rir.pose import Pose

@@ -46,6 +46,11 @@ def test_self_test_passes(capsys):
     assert "passed: 3 poses" in capsys.readouterr().out
 
 
+def test_confirm_tells_the_drift(capsys):
+    assert main(["confirm", PRESET, "--yes"]) == 0
+    assert "emitter gantry: drift" in capsys.readouterr().out
+
+
 def test_survey_prints_a_frame(tmp_path, capsys):
     path = tmp_path / "points.yaml"
     path.write_text(

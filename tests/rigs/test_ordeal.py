@@ -1,3 +1,5 @@
+import numpy as np
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -19,6 +21,7 @@ faults = st.builds(
 )
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 2**32 - 1))
 @settings(
     max_examples=60,
@@ -30,6 +33,7 @@ def test_random_sequences_break_no_rule(seed):
     run_sequence(seed)
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 2**32 - 1))
 @settings(
     max_examples=20,
@@ -41,6 +45,7 @@ def test_lost_steps_are_found_by_confirming(seed):
     run_sequence(seed, calls=2, lost_steps=True)
 
 
+@pytest.mark.slow
 @given(
     planned=st.lists(st.lists(faults, max_size=3), min_size=1, max_size=3),
     seed=st.integers(0, 1000),
@@ -52,8 +57,6 @@ def test_lost_steps_are_found_by_confirming(seed):
     suppress_health_check=[HealthCheck.too_slow],
 )
 def test_chosen_faults_break_no_rule(planned, seed):
-    import numpy as np
-
     rng = np.random.default_rng(seed)
     ordeal = Ordeal(seed)
     ordeal.call("home")
