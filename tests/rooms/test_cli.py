@@ -121,7 +121,7 @@ def test_a_house_in_parts_becomes_one_room(tmp_path):
         (folder / f"{name}.obj").write_text(text)
     scene = load_scene(tmp_path / "house")
     np.testing.assert_allclose(scene.geometry.volume, 30.0)
-    assert scene.geometry.surfaces == 4
+    assert scene.geometry.surfaces == 3
     assert scene.name == "house"
     assert len(np.unique(scene.absorption[:, 0])) == 3
 
