@@ -194,7 +194,7 @@ def exchange_form(exchange: bool | str) -> str:
 
 def _self_supervised_form(form: bool | str) -> str:
     if isinstance(form, bool):
-        return "pattern" if form else "none"
+        return "teacher" if form else "none"
     if form in SELF_SUPERVISED:
         return form
     raise ConfigError(

@@ -1,3 +1,5 @@
+# pyright: reportAttributeAccessIssue=false, reportOptionalMemberAccess=false
+# pyright: reportCallIssue=false
 """Odd inputs give finite losses and gradients, or one clear error."""
 
 import numpy as np

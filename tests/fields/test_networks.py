@@ -1,3 +1,5 @@
+# pyright: reportAttributeAccessIssue=false, reportOptionalMemberAccess=false
+# pyright: reportCallIssue=false
 """Every neural model trains soundly: gradients, resume, guards."""
 
 from dataclasses import replace
