@@ -30,8 +30,9 @@ def report(
         float | None, typer.Option(help="Compare the first seconds only [s].")
     ] = None,
     position_mm: Annotated[
-        float, typer.Option(help="Repeatability of places, for the predicted floor.")
-    ] = 0.5,
+        float | None,
+        typer.Option(help="Repeatability of places for the floor [the session's own]."),
+    ] = None,
     figures: Annotated[
         bool, typer.Option(help="Also write SVG and PNG files.")
     ] = False,

@@ -1,6 +1,7 @@
 """How close two directions could come, given what the session can hold still."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,10 +89,11 @@ def _noise_like(quiet: FloatArray, count: int, rng: np.random.Generator) -> Floa
     # A window without side lobes, or strong bands would fill those that are empty.
     taper = windows.blackmanharris(len(quiet), sym=False)
     power = np.abs(np.asarray(rfft(quiet * taper))) ** 2
-    bins = count // 2 + 1
+    # Cut from a longer one: noise that closed on itself would lack the cut's leakage.
+    bins = count + 1
     spread = np.interp(np.linspace(0, 1, bins), np.linspace(0, 1, len(power)), power)
     phases = np.exp(2j * np.pi * rng.random(bins))
-    noise = np.asarray(irfft(np.sqrt(spread) * phases, count))
+    noise = np.asarray(irfft(np.sqrt(spread) * phases, 2 * count))[:count]
     rms = np.sqrt(np.mean(noise**2))
     return noise * (np.sqrt(np.mean(quiet**2)) / rms) if rms > 0 else noise
 
@@ -107,6 +109,7 @@ def predicted_floor(
     temperature_changes: Sequence[float],
     position_m: float,
     count: int | None = None,
+    stored: np.dtype[Any] | None = None,
 ) -> dict[str, float]:
     """Return the mean distance that noise, air and places alone would leave.
 
@@ -128,20 +131,22 @@ def predicted_floor(
         Repeatability of a place [m].
     count : int, optional
         Samples compared.
+    stored : dtype, optional
+        How responses are stored: rounding is a noise too, where a band is empty.
     """
     truths, guesses = [], []
     for f, r, warming in zip(forward, reverse, temperature_changes, strict=True):
-        truths.append(noisier(f, sample_rate, rng)[:count])
-        guesses.append(
-            worsened(
-                f,
-                r,
-                sample_rate,
-                rng,
-                temperature_change=float(np.nan_to_num(warming)),
-                position_m=position_m,
-            )[:count]
-        )
+        noised = noisier(f, sample_rate, rng)[:count]
+        truths.append(noised.astype(stored or noised.dtype).astype(np.float64))
+        guess = worsened(
+            f,
+            r,
+            sample_rate,
+            rng,
+            temperature_change=float(np.nan_to_num(warming)),
+            position_m=position_m,
+        )[:count]
+        guesses.append(guess.astype(stored or guess.dtype).astype(np.float64))
     floors = {}
     for symbol in symbols:
         chosen = METRICS[symbol].flavour(flavour)

@@ -160,6 +160,10 @@ def _quality(room: Mapping[str, Any]) -> str:
         f"gain {typical['gain_db']:+.2f} dB, air {typical['temperature_k']:+.3f} K, "
         f"places {typical['position_mm']:.1f} mm between the directions"
     )
+    entries["floor"] = (
+        f"predicted with {room['position_mm']:g} mm repeatability of places "
+        "along each axis"
+    )
     entries |= {name: _span(span) for name, span in quality["logged"].items()}
     body = "".join(
         f"<dt>{escape(name)}</dt><dd>{escape(words)}</dd>"

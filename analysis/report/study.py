@@ -15,6 +15,9 @@ __all__ = ["RoomStudy", "StudyOptions", "study_rooms"]
 
 FloatArray = NDArray[np.float64]
 
+ASSUMED_MM = 0.5
+"""Repeatability of places where a measured session does not state it."""
+
 
 @dataclass(frozen=True)
 class StudyOptions:
@@ -26,15 +29,16 @@ class StudyOptions:
         Flavour of the metrics.
     duration : float, optional
         Compare the first seconds only [s].
-    position_mm : float
-        Repeatability of a place, for the predicted floor [mm].
+    position_mm : float, optional
+        Standard deviation of one visit to a place along each axis, for the predicted
+        floor [mm]; what the session says when left out.
     seed : int
         Seeds the bootstrap, the grouping and the floor.
     """
 
     flavour: str = "paper"
     duration: float | None = None
-    position_mm: float = 0.5
+    position_mm: float | None = None
     seed: int = 0
 
 
@@ -52,6 +56,8 @@ class RoomStudy:
         Predicted mean distance by metric, in its own unit.
     warming : ndarray, shape (n_pairs,)
         Logged temperature of reverse minus forward [K]; NaN where not logged.
+    position_mm : float
+        Repeatability of places that the floor was predicted with [mm].
     """
 
     dataset: Dataset
@@ -59,6 +65,7 @@ class RoomStudy:
     likeness: RoomLikeness
     floor: dict[str, float]
     warming: FloatArray
+    position_mm: float
 
     def takes(self, k: int) -> tuple[FloatArray, FloatArray]:
         """Return the first take of both directions of a pair."""
@@ -99,6 +106,9 @@ def _study(
     names = pair_names(dataset, room)
     warming = _warming(dataset, room)
     rate = dataset.sample_rate
+    position_mm = options.position_mm
+    if position_mm is None:
+        position_mm = stated_repeatability(dataset, room)
     # Ten pairs give the mean floor well enough.
     some = np.linspace(0, len(takes) - 1, min(len(takes), 10)).astype(int)
     floor = predicted_floor(
@@ -109,25 +119,40 @@ def _study(
         flavour=options.flavour,
         symbols=list(room.paired),
         temperature_changes=list(warming[some]),
-        position_m=options.position_mm / 1000,
+        stored=dataset.responses.dtype,
+        position_m=position_mm / 1000,
         count=None if options.duration is None else round(options.duration * rate),
     )
     likeness = fit_room(forward, reverse, names, rate)
-    return RoomStudy(dataset, room, likeness, floor, warming)
+    return RoomStudy(dataset, room, likeness, floor, warming, position_mm)
+
+
+def stated_repeatability(dataset: Dataset, room: RoomDistances) -> float:
+    """Return what the room's sessions say of how exactly places are met [mm].
+
+    A session that says nothing met them exactly if it was simulated, and is taken
+    to half a millimetre if it was measured.
+    """
+    own = {pair.session for pair in room.pairs}
+    sigmas = [0.0]
+    for session in dataset.sessions:
+        if session["session"] in own:
+            config = session.get("config") or {}
+            simulation = config.get("simulation") or {}
+            stated = config.get("placement_sigma_mm")
+            if stated is None and session["simulated"]:
+                stated = simulation.get("placement_mm", 0.0)
+            sigmas.append(ASSUMED_MM if stated is None else float(stated))
+    return max(sigmas)
 
 
 def pair_names(dataset: Dataset, room: RoomDistances) -> list[str]:
-    """Return how a person calls each pair, with the session if there are several.
-
-    The session's own name for it is what its take names start with.
-    """
-    takes = dataset.table["take_id"]
-    names = []
-    for pair in room.pairs:
-        own = {str(takes[rows[0]]) for rows in (pair.forward, pair.reverse)}
-        heads = {name.split("_")[0] for name in own}
-        head = heads.pop() if len(heads) == 1 and len(own) == 2 else ""
-        names.append(head or str(pair.pair_id))
+    """Return how a person calls each pair, with the session if there are several."""
+    column = dataset.table.get("pair_name")
+    names = [
+        str(pair.pair_id if column is None else column[pair.forward[0]])
+        for pair in room.pairs
+    ]
     if len({pair.session for pair in room.pairs}) == 1:
         return names
     return [f"{p.session}/{name}" for p, name in zip(room.pairs, names, strict=True)]

@@ -42,6 +42,7 @@ def room_summary(study: RoomStudy, rng: np.random.Generator) -> dict[str, Any]:
         "excluded": [{"pair": p, "reason": why} for p, why in room.excluded],
         "metrics": metrics,
         "ratio": _geometric_mean(ratios),
+        "position_mm": study.position_mm,
         "ratio_without_outliers": _geometric_mean(
             [
                 _ratio(m["unpaired"]["mean"], m["paired_sound"]["mean"])
@@ -158,11 +159,12 @@ def _ratio(large: float, small: float) -> float:
 
 
 def _geometric_mean(ratios: list[float]) -> float:
-    kept = [r for r in ratios if not math.isnan(r)]
+    if all(math.isinf(r) for r in ratios):
+        return math.inf if ratios else math.nan
+    # A metric may be too coarse to tell the directions apart while others do.
+    kept = [r for r in ratios if math.isfinite(r)]
     if not kept:
         return math.nan
-    if any(math.isinf(r) for r in kept):
-        return math.inf
     return math.exp(sum(math.log(max(r, 1e-12)) for r in kept) / len(kept))
 
 

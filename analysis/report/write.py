@@ -117,6 +117,8 @@ def _methods(options: StudyOptions) -> dict[str, str]:
         for symbol, metric in METRICS.items()
     }
     length = options.duration
+    stated = "as each session states it, see its quality"
+    places = stated if options.position_mm is None else f"{options.position_mm:g} mm"
     return methods | {
         "paired": "the two directions of a pair; mean of both orders as truth",
         "un-paired": "all other ordered pairs of responses in the same room",
@@ -125,8 +127,7 @@ def _methods(options: StudyOptions) -> dict[str, str]:
         "intervals": f"95 %, studentised bootstrap over pairs, seed {options.seed}",
         "floor": (
             "one made-up reverse take for each pair: noise of both takes, logged "
-            f"change of temperature, {options.position_mm:g} mm repeatability of "
-            "places along each axis"
+            f"change of temperature, repeatability of places ({places})"
         ),
         "coherence": (
             "correlation of the directions in octaves and time windows, mean over "

@@ -151,3 +151,20 @@ def test_sessions_of_one_room_are_joined_and_others_kept_apart(tmp_path, new_ses
         "tuesday/1",
     ]
     assert (other["room"], len(other["pairs"])) == ("hall", 2)
+
+
+@pytest.mark.parametrize(
+    ("simulated", "config", "expected"),
+    [
+        (True, {}, 0.0),
+        (False, {}, 0.5),
+        (False, {"placement_sigma_mm": 2.0}, 2.0),
+        (True, {"simulation": {"placement_mm": 1.0}}, 1.0),
+    ],
+)
+def test_floor_takes_the_repeatability_a_session_states(
+    tmp_path, new_session, simulated, config, expected
+):
+    session = new_session(2, simulated=simulated, metadata={"config": config})
+    said = json.loads(write_report([session], tmp_path)["json"].read_text())
+    assert said["rooms"][0]["position_mm"] == expected
