@@ -36,6 +36,10 @@ class Controller(Protocol):
         """Return the lowest and highest position of each axis."""
         ...
 
+    def home_position(self) -> np.ndarray:
+        """Return where each axis stands after homing."""
+        ...
+
     def move(self, points: Sequence[np.ndarray]) -> np.ndarray:
         """Go past all points to the last one and return where it came to rest."""
         ...

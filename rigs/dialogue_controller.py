@@ -178,6 +178,10 @@ class DialogueController:
         """Return the lowest and highest position."""
         return np.array([self.options.low]), np.array([self.options.high])
 
+    def home_position(self) -> np.ndarray:
+        """Return where the axis stands after homing: at zero."""
+        return np.zeros(1)
+
     def move(self, points: Sequence[np.ndarray]) -> np.ndarray:
         """Go past all points to the last one; return where it came to rest.
 

@@ -29,6 +29,14 @@ class Board:
         """Whether a homing cycle is configured."""
         return bool(int(self.settings.get(22, 0)) & 1)
 
+    @property
+    def homed(self) -> np.ndarray:
+        """Where each axis stands after homing, by the direction mask ($23), mm."""
+        pull = self.settings.get(27, 0.0)
+        mask = int(self.settings.get(23, 0))
+        down = np.array([bool(mask >> k & 1) for k in range(len(self.low))])
+        return np.where(down, pull - self.rates(130), -pull)
+
     def rates(self, first: int) -> np.ndarray:
         """Return the per-axis settings from a number on."""
         return np.array([self.settings[first + k] for k in range(len(self.low))])

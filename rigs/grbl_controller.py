@@ -27,6 +27,10 @@ class GrblController(GrblState):
         """Return the lowest and highest machine position of each axis, mm."""
         return self._board.low, self._board.high
 
+    def home_position(self) -> np.ndarray:
+        """Return where each axis stands after homing, mm."""
+        return self._board.homed
+
     def _check(self, points: Sequence[np.ndarray]) -> None:
         low, high = self.limits()
         for point in points:

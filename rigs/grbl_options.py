@@ -30,7 +30,9 @@ class GrblOptions(Config):
     stamp: bool = True
     """Mark the homed state by a G92 offset, which dies with any reset."""
     reference: bool = False
-    """Feel for the switches after homing, so that `confirm` can find lost steps."""
+    """Feel for the switches after homing, so that `confirm` can find lost steps.
+
+    Needs hard limits off ($21=0) and homing towards + ($23=0)."""
     reference_mm: float = Field(default=0.1, gt=0)
     """Largest drift `confirm` accepts."""
     quiet: tuple[str, ...] = ()

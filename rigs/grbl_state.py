@@ -190,7 +190,8 @@ class GrblState:
     def _learn_reference(self) -> None:
         settings = self._board.settings
         self.reference = None
-        if self.options.reference and not settings.get(21, 0):
+        plain = not settings.get(21, 0) and not settings.get(23, 0)
+        if self.options.reference and plain:
             pull = settings.get(27, 1.0)
             self.reference = Reference(self.link, pull, len(self.axes))
             self.reference.learn()

@@ -276,16 +276,16 @@ class MachineRig:
         """Return the place of the homed machine, m."""
         ends = {axis: self.mount.fixed.get(axis, 0.0) for axis in AXES}
         for controller in self.controllers:
-            top = (float(value) for value in controller.limits()[1])
-            ends |= dict(zip(controller.axes, top, strict=True))
+            homed = (float(value) for value in controller.home_position())
+            ends |= dict(zip(controller.axes, homed, strict=True))
         return self.mount.frame.to_room(np.array([ends[a] for a in "xyz"]))
 
     def homing_sweep(self) -> np.ndarray:
         """Return boxes that hold any way homing may take.
 
-        Homing goes up first, then over in both level axes at once, in an order that
-        depends on the board. A machine never moved since it was connected may be
-        anywhere, and no boxes are returned.
+        Homing moves the axes in an order that depends on the board, so the box between
+        the place and the homed corner counts. A machine never moved since it was
+        connected may be anywhere, and no boxes are returned.
         """
         if not self._connected:
             return np.zeros((0, 2, 3))

@@ -246,6 +246,10 @@ class MarlinController:
         """Return the lowest and highest position of each axis, mm."""
         return np.array(self.options.low_mm), np.array(self.options.high_mm)
 
+    def home_position(self) -> np.ndarray:
+        """Return where each axis stands after homing: at zero."""
+        return np.zeros(len(self.axes))
+
     def move(self, points: Sequence[np.ndarray]) -> np.ndarray:
         """Go past all points to the last one; return where it came to rest.
 

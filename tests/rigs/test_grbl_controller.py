@@ -343,3 +343,9 @@ def test_lost_steps_are_felt_at_the_switches(lost):
 
 def test_without_a_reference_drift_is_not_a_number(bench):
     assert np.isnan(bench.driver.confirm()).all()
+
+
+def test_the_homed_corner_follows_the_direction_mask():
+    bench = Bench({**SETTINGS, 23: 5})
+    bench.driver.connect()
+    np.testing.assert_allclose(bench.driver.home_position(), [-198, -2, -198])
