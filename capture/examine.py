@@ -8,12 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.config import SessionConfig
-from capture.deconvolution import Deconvolution, deconvolve
+from capture.examination import Examined, examine
+from capture.excitation import Excitation
 from capture.interfaces.protocol import Recording
 from capture.journal import Event
 from capture.mounting import mounted
+from capture.reference import Reference, refer
 from capture.silence import silent_channels
 from capture.sweep import Sweep, synchronized_sweep
+from capture.verdict import Limits
 from rir import Environment, Pose, SignalError
 
 __all__ = ["Examiner", "Verdict", "session_sweep", "take_poses"]
@@ -84,16 +87,12 @@ class Examiner:
     ----------
     config : SessionConfig
         What the session is.
-
-    Attributes
-    ----------
-    golden : ndarray or None
-        The loopback of the first good take; later takes are compared with it.
     """
 
     def __init__(self, config: SessionConfig) -> None:
         self.config = config
-        self.golden: FloatArray | None = None
+        self._golden: Reference | None = None
+        self._grids: dict[int, Excitation] = {}
         rate = config.sample_rate
         self.n_noise = round(config.sweep.noise_s * rate)
         self.n_tail = round(config.sweep.tail_s * rate)
@@ -135,7 +134,7 @@ class Examiner:
         marks = [v.text for v in result.verdicts if v not in spoiling]
         responses = self.interleaving.separate(result.response)
         verdict = Verdict(not reasons, reasons, marks, result.figures, responses)
-        if verdict.accepted and self.golden is None:
+        if verdict.accepted and self._golden is None:
             self.set_golden(recording.samples)
         return verdict
 
@@ -147,9 +146,10 @@ class Examiner:
     def set_golden(self, samples: FloatArray) -> None:
         """Keep the loopback of a take as the one to compare with."""
         if self.config.channels.loopback is not None:
-            self.golden = samples[-1].copy()
+            grid = self._grid(samples.shape[-1])
+            self._golden = refer(grid, samples[-1].copy())
 
-    def respond(self, samples: FloatArray, event: Event) -> Deconvolution:
+    def respond(self, samples: FloatArray, event: Event) -> Examined:
         """Deconvolve a take.
 
         Parameters
@@ -161,17 +161,26 @@ class Examiner:
         """
         looped = self.config.channels.loopback is not None
         microphones = samples[:-1] if looped else samples[:, self.n_noise :]
-        return deconvolve(
+        return examine(
             microphones,
-            self.sweep,
-            self.config.sample_rate,
-            loopback=samples[-1] if looped else None,
-            band=self.config.sweep.band_hz,
-            length=self.interleaving.extra + self.length,
-            pre=self.pre,
-            golden=self.golden,
-            direct_delay=self._direct_delays(event) if looped else None,
+            refer(self._grid(microphones.shape[-1]), samples[-1] if looped else None),
+            self._golden,
+            self._direct_delays(event) if looped else None,
+            Limits(),
         )
+
+    def _grid(self, n: int) -> Excitation:
+        """Return the transformed sweep for takes of n samples; all takes share it."""
+        if n not in self._grids:
+            self._grids[n] = Excitation(
+                np.asarray(self.sweep),
+                self.config.sample_rate,
+                n,
+                length=self.interleaving.extra + self.length,
+                pre=self.pre,
+                band=self.config.sweep.band_hz,
+            )
+        return self._grids[n]
 
     def responses(self, samples: FloatArray, event: Event) -> FloatArray:
         """Return a take's responses, each loudspeaker's microphones in turn.
