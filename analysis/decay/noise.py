@@ -164,13 +164,18 @@ class NoiseFit:
         """Add a second decay where it explains the blocks clearly better."""
         free = np.arange(lowest, PARAMETERS)
         kept, chosen = self.theta, best
+        # Slow swings of coloured noise look like a slope: ask for more there.
+        steps = np.abs(np.diff(self.ratio[self.first : self.count]))
+        scatter = (1.4826 * float(np.median(steps))) ** 2 / 2.0
+        colour = 0.5 * scatter * self.width * self.density
+        needed = CLEAR_GAIN * spread * spread * max(colour, 1.0)
         for trial in self._two_slopes():
             value = self._improve(trial, free)
             if trial[4] > trial[2]:
                 trial[[1, 2, 3, 4]] = trial[[3, 4, 1, 2]]
             seen = math.exp(trial[4]) * (self.count - self.first) > 1.0
             apart = trial[2] - trial[4] > 0.25
-            if seen and apart and value < chosen - CLEAR_GAIN * spread * spread:
+            if seen and apart and value < chosen - needed:
                 kept, chosen = trial, value
         if kept is not self.theta and lowest == 0:
             kept = self._drop_noise_of(kept, chosen)
