@@ -16,7 +16,7 @@ SIZE = np.array([5.0, 4.0, 3.0])
 @pytest.fixture(scope="module")
 def images():
     room = RoomSpec(
-        name="box", size_m=tuple(SIZE), surfaces={"all": {"absorption": 0.2}}
+        name="box", size_m=tuple(SIZE), surfaces={"all": Surface(absorption=(0.2,) * 7)}
     )
     dataset = Dataset.from_arrays(
         np.ones((1, 64)),
