@@ -7,8 +7,8 @@ from collections import Counter
 from pathlib import Path
 
 import numpy as np
+from sweep_cases import convolve, decaying_room, delayed
 
-from benchmarks.sweep_cases import convolve, decaying_room, delayed
 from capture import deconvolve, synchronized_sweep
 
 RATES = (16000, 22050, 32000, 44100, 48000, 96000)

@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +37,7 @@ class Case:
     """
 
     name: str
-    recording: Array
+    recording: NDArray[Any]
     excitation: Array
     sample_rate: int
     response: Array
@@ -66,17 +67,20 @@ class Scene:
         self.room = decaying_room(self.rng, self.rate, self.t60)
 
     def record(self, room: Array | None = None, *, noise: bool = True) -> Array:
+        """Return the sweep in a room."""
         room = self.room if room is None else room
         n = self.sweep.size + round(self.tail * self.rate)
         clean = convolve(self.sweep, room, n)
         return clean + self.noise(clean) if noise else clean
 
     def noise(self, clean: Array, level_db: float | None = None) -> Array:
+        """Return white noise at a level relative to a take."""
         level = self.noise_db if level_db is None else level_db
         rms = np.sqrt(np.mean(clean**2))
         return 10 ** (level / 20) * rms * self.rng.standard_normal(clean.size)
 
-    def case(self, name: str, recording: Array, **more: object) -> Case:
+    def case(self, name: str, recording: NDArray[Any], **more: object) -> Case:
+        """Return a case of this scene."""
         return Case(
             name,
             recording,
@@ -501,7 +505,8 @@ def main(argv: list[str] | None = None) -> int:
     print(
         f"{len(rows)} cases; quality {sum(bool(row['quality']) for row in asked)} of "
         f"{len(asked)}; bad takes flagged rightly "
-        f"{sum(bool(row['verdict_right']) for row in must)} of {len(must)}; false alarms "
+        f"{sum(bool(row['verdict_right']) for row in must)} of {len(must)}; "
+        "false alarms "
         f"{sum(not row['verdict_right'] for row in calm)} of {len(calm)}"
     )
     chosen.out.parent.mkdir(parents=True, exist_ok=True)

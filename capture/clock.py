@@ -124,7 +124,7 @@ class _Phases:
         around = np.take(lags, np.arange(peak - half, peak + half), mode="wrap")
         around = around * np.hanning(2 * half + 1)[:-1]
         gains = np.fft.rfft(np.roll(around, -half))
-        f = np.fft.rfftfreq(2 * half, 1 / rate)
+        f = np.asarray(np.fft.rfftfreq(2 * half, 1 / rate), dtype=np.float64)
         low, high = excitation.band
         inside = (f >= max(1.3 * low, LOWEST_HZ)) & (f <= 0.85 * high)
         if np.count_nonzero(inside) < FEWEST:

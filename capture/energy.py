@@ -41,7 +41,7 @@ class Octaves:
         low, high = excitation.band
         centers = 1000.0 * 2.0 ** np.arange(-5, 6)
         keep = (centers / 2**0.5 > 0.9 * low) & (centers * 2**0.5 < 1.2 * high)
-        self.centers = centers[keep]
+        self.centers: Array = np.asarray(centers[keep], dtype=np.float64)
         if not self.centers.size:
             self.centers = np.array([np.sqrt(low * high)])
         self.n_blocks = max(int(n / rate / BLOCK_S), 8)
@@ -49,12 +49,13 @@ class Octaves:
         index = np.arange(self.n_blocks)
         first_negative = (n - excitation.n_played - excitation.pre) / n * self.n_blocks
         negative = index >= max(first_negative, self.n_blocks / 2)
-        self.lags = (np.where(negative, index - self.n_blocks, index) + 0.5) * (
-            self.block_s
-        )
+        steps = np.where(negative, index - self.n_blocks, index) + 0.5
+        self.lags: Array = np.asarray(steps * self.block_s, dtype=np.float64)
         self._windows = [self._window(center) for center in self.centers]
 
-    def _window(self, center: float) -> tuple[int, int, Array, int, Array]:
+    def _window(
+        self, center: float
+    ) -> tuple[int, int, NDArray[np.float32], int, NDArray[np.intp]]:
         step = self.excitation.sample_rate / self.excitation.n
         first = max(int(center / 2**0.5 / step), 1)
         last = min(int(center * 2**0.5 / step), self.excitation.n // 2)
@@ -67,7 +68,7 @@ class Octaves:
         seconds = self.excitation.n / self.excitation.sample_rate
         points = self._fft.next_fast_len(max(size, int(SLOWEST_HZ * seconds)))
         edges = np.round(np.arange(self.n_blocks) * points / self.n_blocks)
-        return first, last, window, points, edges.astype(int)
+        return first, last, window, points, edges.astype(np.intp)
 
     def measure(self, spectra: NDArray[np.complex128]) -> Array:
         """Return energies of responses, shape (channels, octaves, blocks).

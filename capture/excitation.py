@@ -102,10 +102,9 @@ class Excitation:
         times = np.arange(self.n_played) / self.sample_rate
         slope = self._fft.rfft(times * self.samples, self.n)
         top = slope * np.conj(self.spectrum)
+        first, last = np.searchsorted(self.frequencies, self.band)
         edges = np.unique(
-            np.geomspace(*np.searchsorted(self.frequencies, self.band), TIME_GRID)
-            .round()
-            .astype(int)
+            np.geomspace(float(first), float(last), TIME_GRID).round().astype(int)
         )
         sums = np.add.reduceat(top.real[: edges[-1]], edges[:-1])
         power = np.abs(self.spectrum[: edges[-1]]) ** 2

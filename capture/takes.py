@@ -69,7 +69,7 @@ def combine(responses: Array, spoiled: list[bool]) -> Combination:
     if not np.any(accepted):
         accepted = np.ones(len(responses), dtype=bool)
     verdicts = [
-        _left_out(number, float(distances[number]), bool(used[number]))
+        _left_out(int(number), float(distances[number]), bool(used[number]))
         for number in np.flatnonzero(~accepted)
     ]
     return Combination(

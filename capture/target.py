@@ -86,7 +86,7 @@ def occupied_band(
     typical = pink[order][np.searchsorted(np.cumsum(weight[order]), weight.sum() / 2)]
     inside = np.flatnonzero(pink >= level**2 * typical)
     step = sample_rate / 2 / (power.size - 1)
-    return edges[inside[0]] * step, edges[inside[-1] + 1] * step
+    return float(edges[inside[0]] * step), float(edges[inside[-1] + 1] * step)
 
 
 def band_target(
@@ -152,7 +152,8 @@ def _low_part(frequencies: Array, low: float, floor: float, pre: float) -> Compl
         stop = min(start + chunk, below)
         # Summed by hand: small matrices wake BLAS threads, which cost more.
         gain[start:stop] = (powers[: stop - start] * base).sum(axis=1)
-    return gain * np.sinc(frequencies / rate) ** SPLINE_ORDER
+    gain *= np.sinc(frequencies / rate) ** SPLINE_ORDER
+    return gain
 
 
 @lru_cache(maxsize=64)
@@ -163,7 +164,7 @@ def _low_pass(low: float, floor: float, pre: float) -> tuple[Array, Array]:
     count = int(span * rate) - SPLINE_ORDER
     times = -pre + (SPLINE_ORDER / 2 + np.arange(count)) / rate
     grid = np.arange(0, rate / 2, 1 / (3 * span))
-    waves = np.exp(-2j * np.pi * np.outer(grid, times))
+    waves: ComplexArray = np.exp(-2j * np.pi * np.outer(grid, times))
     waves *= (np.sinc(grid / rate) ** SPLINE_ORDER)[:, np.newaxis]
     rise = np.clip(np.log(np.maximum(grid, 1e-9) / floor) / np.log(low / floor), 0, 1)
     # Without time before the emission nothing can be stopped below the band.
@@ -172,6 +173,7 @@ def _low_pass(low: float, floor: float, pre: float) -> tuple[Array, Array]:
     weight = np.where(grid >= 0.999 * low, BAND_WEIGHT, weight)
     waves *= weight[:, np.newaxis]
     wanted = weight * np.cos(np.pi / 2 * rise) ** 2
-    matrix = np.concatenate((waves.real, waves.imag))
+    matrix = np.concatenate((np.real(waves), np.imag(waves)))
     right = np.concatenate((wanted, np.zeros_like(wanted)))
-    return times, np.linalg.lstsq(matrix, right, rcond=1e-13)[0]
+    weights = np.linalg.lstsq(matrix, right, rcond=1e-13)[0]
+    return np.asarray(times, dtype=np.float64), np.asarray(weights, dtype=np.float64)

@@ -79,11 +79,12 @@ def check_ending(take: Evidence) -> Iterator[Verdict]:
         rest = level[at + 1 :]
         if level[:at].mean() - rest.max() < DROP_DB:
             continue
+        stop = edges[at : at + 1]
+        time = float(excitation.time_played(stop)[0]) + take.latency / take.sample_rate
         yield Verdict(
             "stops_early",
             True,
-            f"channel {channel}: the sweep stops at {edges[at]:.0f} Hz, "
-            f"{take.seconds(excitation.time_played(edges[at : at + 1])[0] * take.sample_rate + take.latency)}",
+            f"channel {channel}: the sweep stops at {edges[at]:.0f} Hz, {time:.3f} s",
             float(drop.max()),
             DROP_DB,
             "dB",

@@ -20,19 +20,23 @@ def check_crosstalk(take: Evidence) -> Iterator[Verdict]:
     """Mark a spike at time zero; refuse a microphone channel that is the cable."""
     if take.cable is None:
         return
-    excitation = take.reference.excitation
     spike = max(round(SPIKE_S * take.sample_rate), 2)
-    pre = excitation.pre
+    pre = take.reference.excitation.pre
     energy = take.response**2
     total = energy.sum(axis=1)
-    start = max(pre - spike, 0)
-    near = energy[:, start : pre + spike].sum(axis=1)
-    direct = np.where(
-        take.onset > CLEAR_S * take.sample_rate, energy.max(axis=1), np.nan
-    )
-    top = energy[:, start : pre + spike].max(axis=1, initial=0.0)
+    zero = slice(max(pre - spike, 0), pre + spike)
+    later = energy[:, pre + round(CLEAR_S * take.sample_rate) :].max(axis=1, initial=0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        level = 10 * np.log10(top / direct + 1e-30)
+        level = 10 * np.log10(energy[:, zero].max(axis=1, initial=0) / later + 1e-30)
+    # A stronger "copy" is a direct sound without flight time, as in a test by cable.
+    level = np.where(level < 0, level, np.nan)
+    peak = np.argmax(energy, axis=1)
+    near = np.array(
+        [
+            row[max(at - spike, 0) : at + spike].sum()
+            for row, at in zip(energy, peak, strict=True)
+        ]
+    )
     take.figures["crosstalk_db"] = [
         round(float(value), 1) if np.isfinite(value) else None for value in level
     ]

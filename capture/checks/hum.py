@@ -13,7 +13,7 @@ __all__ = ["check_hum"]
 SHORTEST_S = 0.15
 LOWEST_HZ, HIGHEST_HZ = 40.0, 70.0
 CONTRAST_DB = 12.0
-LOUD_DB = -40.0
+LOUD_DB = -50.0
 COARSE_HZ = 2000.0
 
 
@@ -26,8 +26,9 @@ def check_hum(take: Evidence) -> Iterator[Verdict]:
     """
     quiet = _quiet_part(take)
     size = quiet.shape[1]
-    take.figures["hum_hz"] = [None] * len(quiet)
-    take.figures["hum_db"] = [None] * len(quiet)
+    tones: list[float | None] = [None] * len(quiet)
+    levels: list[float | None] = [None] * len(quiet)
+    take.figures["hum_hz"], take.figures["hum_db"] = tones, levels
     if size < SHORTEST_S * take.sample_rate:
         return
     # Sums over blocks are enough of a low-pass for lines of 70 Hz.
@@ -49,10 +50,10 @@ def check_hum(take: Evidence) -> Iterator[Verdict]:
         amplitude = 2 * row[peak] / window.sum()
         contrast = 20 * np.log10(row[peak] / max(np.median(row[around]), 1e-30) + 1e-30)
         level = 20 * np.log10(amplitude / 2**0.5 / max(rms[channel], 1e-30) + 1e-30)
-        take.figures["hum_db"][channel] = round(float(level), 1)
+        levels[channel] = round(float(level), 1)
         if contrast < CONTRAST_DB or level < LOUD_DB:
             continue
-        take.figures["hum_hz"][channel] = round(float(f[peak]), 1)
+        tones[channel] = round(float(f[peak]), 1)
         yield Verdict(
             "hum",
             False,
