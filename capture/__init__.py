@@ -3,28 +3,20 @@
 Names are loaded on first use, so that commands start fast.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from rir.lazy import lazy_names
 
 if TYPE_CHECKING:
     from capture.deconvolution import Deconvolution, deconvolve
     from capture.sweep import Sweep, synchronized_sweep
 
-_HOMES = {
-    "Deconvolution": "capture.deconvolution",
-    "Sweep": "capture.sweep",
-    "deconvolve": "capture.deconvolution",
-    "synchronized_sweep": "capture.sweep",
-}
-
 __all__ = ["Deconvolution", "Sweep", "deconvolve", "synchronized_sweep"]
 
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
-        raise AttributeError(f"module 'capture' has no attribute {name!r}")
-    return getattr(import_module(_HOMES[name]), name)
-
-
-def __dir__() -> list[str]:
-    return __all__
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "capture.deconvolution": "Deconvolution deconvolve",
+        "capture.sweep": "Sweep synchronized_sweep",
+    },
+)

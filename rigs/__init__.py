@@ -3,8 +3,9 @@
 Names are loaded on first use, so that commands start fast.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from rir.lazy import lazy_names
 
 if TYPE_CHECKING:
     from rigs.carriers import Carriers
@@ -15,18 +16,6 @@ if TYPE_CHECKING:
     from rigs.rig import Rig
     from rigs.rigfile import load_rig
     from rigs.simulated import SimulatedRig
-
-_HOMES = {
-    "rigs.carriers": "Carriers",
-    "rigs.clock": "Clock FastClock SystemClock VirtualClock",
-    "rigs.envelope": "Envelope KeepOut",
-    "rigs.kinds": "RIGS RigKind Surroundings",
-    "rigs.manual": "ManualRig",
-    "rigs.rig": "Rig",
-    "rigs.rigfile": "load_rig",
-    "rigs.simulated": "SimulatedRig",
-}
-_HOME_OF = {name: home for home, names in _HOMES.items() for name in names.split()}
 
 __all__ = [
     "RIGS",
@@ -45,8 +34,16 @@ __all__ = [
     "load_rig",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOME_OF:
-        raise AttributeError(f"module 'rigs' has no attribute {name!r}")
-    return getattr(import_module(_HOME_OF[name]), name)
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "rigs.carriers": "Carriers",
+        "rigs.clock": "Clock FastClock SystemClock VirtualClock",
+        "rigs.envelope": "Envelope KeepOut",
+        "rigs.kinds": "RIGS RigKind Surroundings",
+        "rigs.manual": "ManualRig",
+        "rigs.rig": "Rig",
+        "rigs.rigfile": "load_rig",
+        "rigs.simulated": "SimulatedRig",
+    },
+)

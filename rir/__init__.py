@@ -3,8 +3,9 @@
 Names are loaded on first use, so that commands start fast.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from rir.lazy import lazy_names
 
 if TYPE_CHECKING:
     from rir.dataset import Dataset
@@ -31,24 +32,6 @@ if TYPE_CHECKING:
     from rir.response import ImpulseResponse
     from rir.room import Air, Box, RoomSpec, Surface
     from rir.rows import PairRows
-
-_HOMES = {
-    "rir.dataset": "Dataset",
-    "rir.dataset_writer": "DatasetWriter",
-    "rir.errors": (
-        "ConfigError DatasetError InterfaceError MissingPartError OutOfReachError"
-        " ResoundingError RigError SceneError SessionError SignalError"
-        " TakeSpoiledError TrainingError UnknownNameError"
-    ),
-    "rir.gain": "GainPattern",
-    "rir.pose": "Pose Poses",
-    "rir.records": "Environment Measurement PairRecord Provenance",
-    "rir.registry": "Registry",
-    "rir.response": "ImpulseResponse",
-    "rir.room": "Air Box RoomSpec Surface",
-    "rir.rows": "PairRows",
-}
-_HOME_OF = {name: home for home, names in _HOMES.items() for name in names.split()}
 
 __all__ = [
     "Air",
@@ -82,12 +65,32 @@ __all__ = [
     "UnknownNameError",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOME_OF:
-        raise AttributeError(f"module 'rir' has no attribute {name!r}")
-    return getattr(import_module(_HOME_OF[name]), name)
-
-
-def __dir__() -> list[str]:
-    return __all__
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "rir.dataset": "Dataset",
+        "rir.dataset_writer": "DatasetWriter",
+        "rir.errors": (
+            "ConfigError "
+            "DatasetError "
+            "InterfaceError "
+            "MissingPartError "
+            "OutOfReachError "
+            "ResoundingError "
+            "RigError "
+            "SceneError "
+            "SessionError "
+            "SignalError "
+            "TakeSpoiledError "
+            "TrainingError "
+            "UnknownNameError "
+        ),
+        "rir.gain": "GainPattern",
+        "rir.pose": "Pose Poses",
+        "rir.records": "Environment Measurement PairRecord Provenance",
+        "rir.registry": "Registry",
+        "rir.response": "ImpulseResponse",
+        "rir.room": "Air Box RoomSpec Surface",
+        "rir.rows": "PairRows",
+    },
+)

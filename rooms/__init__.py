@@ -4,24 +4,15 @@ Everything that comes out of here is SIMULATED. Names are loaded on first use, s
 that commands start fast.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from rir.lazy import lazy_names
 
 if TYPE_CHECKING:
     from rooms.plan import Plan, plan_effects
     from rooms.scene import Scene
     from rooms.simulation import Simulation, simulate
     from rooms.world import MeasuredWorld, World
-
-_HOME_OF = {
-    "MeasuredWorld": "rooms.world",
-    "Plan": "rooms.plan",
-    "Scene": "rooms.scene",
-    "Simulation": "rooms.simulation",
-    "World": "rooms.world",
-    "plan_effects": "rooms.plan",
-    "simulate": "rooms.simulation",
-}
 
 __all__ = [
     "MeasuredWorld",
@@ -33,12 +24,12 @@ __all__ = [
     "simulate",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOME_OF:
-        raise AttributeError(f"module 'rooms' has no attribute {name!r}")
-    return getattr(import_module(_HOME_OF[name]), name)
-
-
-def __dir__() -> list[str]:
-    return __all__
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "rooms.plan": "Plan plan_effects",
+        "rooms.scene": "Scene",
+        "rooms.simulation": "Simulation simulate",
+        "rooms.world": "MeasuredWorld World",
+    },
+)
