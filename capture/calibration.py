@@ -122,7 +122,7 @@ def pascal_per_unit(
     --------
     >>> tone = 0.1 * np.sin(2 * np.pi * 1000 * np.arange(48000) / 48000)
     >>> round(pascal_per_unit(tone, 48000), 2)
-    14.17
+    14.18
     """
     pressure = REFERENCE_PA * 10 ** (level_db / 20)
     return pressure / tone_level(samples, sample_rate, frequency)

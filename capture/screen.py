@@ -59,7 +59,7 @@ def sparkline(values: list[float]) -> str:
     Examples
     --------
     >>> sparkline([20.0, 20.1, 20.2])
-    '▁▄█'
+    '▁▅█'
     """
     if not values:
         return ""
