@@ -113,11 +113,6 @@ def open_bench(
 def _divided(dataset: Dataset, seed: int) -> tuple[np.ndarray, np.ndarray]:
     from fields.split import split_by_emitter
 
-    if "split" in dataset.table:
-        names = np.asarray(dataset.table["split"]).astype(str)
-        train, test = np.flatnonzero(names == "train"), np.flatnonzero(names == "test")
-        if len(train) and len(test):
-            return train, test
     split = split_by_emitter(dataset, seed=seed)
     return np.array(split.train), np.array(split.test)
 

@@ -92,7 +92,8 @@ def split_by_emitter(
     training row whose twin is tested would leak the answer. Reciprocity pairs
     stay whole: both directions are on the same side of the split. Where a place
     is an emitter in one row and a listener in another, the training rows that
-    mirror a test row are dropped.
+    mirror a test row are dropped. A data set whose column "split" says train or
+    test of every row, as simulated ones do, is divided as it says.
 
     Parameters
     ----------
@@ -114,7 +115,11 @@ def split_by_emitter(
         raise DatasetError(f"test fraction {test_fraction:g} is not between 0 and 1")
     emitters, listeners = _place_numbers(dataset, tolerance)
     units, unit = _units(dataset, emitters, listeners)
-    test = _drawn(units, test_fraction, np.random.default_rng(seed))
+    test = _given(dataset)
+    if test is None:
+        test = _drawn(units, test_fraction, np.random.default_rng(seed))
+    else:
+        unit = "the data set's own split"
     dropped = ~test & twin_rows(emitters, listeners, test)
     train = ~test & ~dropped
     return Split(
@@ -185,6 +190,14 @@ def _units(
         if len(np.unique(groups)) > 1:
             return groups, "pair"
     return emitters, "emitter"
+
+
+def _given(dataset: Dataset) -> np.ndarray | None:
+    if "split" not in dataset.table:
+        return None
+    names = np.asarray(dataset.table["split"]).astype(str)
+    whole = np.isin(names, ["train", "test"]).all()
+    return names == "test" if whole and len(np.unique(names)) == 2 else None
 
 
 def _drawn(units: np.ndarray, fraction: float, rng: np.random.Generator) -> np.ndarray:

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 from fields.data import prepare
 from fields.layers.filters import minimum_phase_log
 from fields.layers.images import BoxImages
-from rir import Dataset, RoomSpec
+from rir import Dataset, RoomSpec, Surface
 
 SIZE = np.array([5.0, 4.0, 3.0])
 

@@ -67,3 +67,17 @@ def test_split_of_another_data_set_is_refused(grid, pairs, tmp_path):
 def test_fraction_outside_its_range_is_refused(grid):
     with pytest.raises(DatasetError, match="test fraction 1 is not between 0 and 1"):
         split_by_emitter(grid, test_fraction=1.0)
+
+
+def test_split_of_the_data_set_itself_is_kept(grid):
+    names = np.where(np.arange(len(grid)) < 36, "train", "test")
+    dataset = Dataset.from_arrays(
+        grid.responses[:],
+        grid.emitters,
+        grid.listeners,
+        sample_rate=grid.sample_rate,
+        columns={"split": names},
+    )
+    split = split_by_emitter(dataset, seed=5)
+    assert split.test == tuple(range(36, 48))
+    assert split.train == tuple(range(36))
