@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from capture import deconvolve, synchronized_sweep
+from capture import Deconvolution, deconvolve, synchronized_sweep
 from capture.interfaces.drift import evaluate_stretched
 from rir.errors import SignalError
 
@@ -59,10 +59,10 @@ def error_db(response: Array, truth: Array, pre: int) -> float:
     )
 
 
-def recover(sweep: Array, take: Array, loopback: Array | None = None, **more: object):
+def recover(sweep: Array, take: Array, loopback: Array | None = None) -> Deconvolution:
     return deconvolve(
-        take, sweep, RATE, loopback=loopback, band=BAND, length=16000, pre=2400, **more
-    )  # type: ignore[arg-type]
+        take, sweep, RATE, loopback=loopback, band=BAND, length=16000, pre=2400
+    )
 
 
 def test_a_clean_take_gives_the_room(sweep: Array, rooms: Array) -> None:
