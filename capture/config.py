@@ -179,7 +179,7 @@ class SessionConfig(Config):
     sample_rate: Annotated[int, Field(ge=8000, le=384000)] = 48000
     sweep: SweepConfig = SweepConfig()
     response_s: Annotated[float, Field(gt=0)] = 1.0
-    pre_s: Annotated[float, Field(ge=0)] = 0.01
+    pre_s: Annotated[float, Field(ge=0)] = 0.05
     closure: bool = False
     overlap: bool = False
     placement_sigma_mm: Annotated[float, Field(ge=0)] | None = None
