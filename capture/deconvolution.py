@@ -142,7 +142,7 @@ def deconvolve(
     >>> from capture import synchronized_sweep
     >>> sweep = synchronized_sweep(50, 20000, 0.5, 48000)
     >>> played = np.concatenate((sweep, np.zeros(4800)))
-    >>> heard = 0.5 * np.roll(played, 240)
+    >>> heard = 0.5 * np.roll(played, 240) + 0.2 * np.roll(played, 700)
     >>> result = deconvolve(heard, sweep, 48000, loopback=played, length=2400, pre=480)
     >>> int(np.argmax(result.response))
     720
