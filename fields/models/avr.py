@@ -235,9 +235,10 @@ class Avr(nn.Module):
             weights = compositing_weights(self._density(raw), self.steps)
             points = replace(points, weights=weights)
         hidden = self.from_point(nn.functional.relu(about))
-        hidden = hidden + self.from_view(self.encode_view(-points.rays))[:, None]
-        hidden = hidden + self._emission(query, points)
-        features = self.signal_network(nn.functional.relu(hidden))
+        # In place: at the reference size this tensor alone is a gigabyte.
+        hidden += self.from_view(self.encode_view(-points.rays))[:, None]
+        hidden += self._emission(query, points)
+        features = self.signal_network(nn.functional.relu(hidden, inplace=True))
         return points, features
 
     def _emission(self, query: Query, points: Points) -> Tensor:
