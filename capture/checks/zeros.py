@@ -74,7 +74,7 @@ def longest_gap(row: np.ndarray, begin: int, end: int) -> tuple[int, int, bool]:
         if lasts and stop < end:
             continue
         before, after = row[max(start - LOOK, 0) : start], row[stop : stop + LOOK]
-        steps = np.diff(np.unique(np.abs(np.concatenate((before, after)))))
+        steps = np.diff(np.unique(np.abs(np.concatenate(([0.0], before, after)))))
         quantum = float(steps.min()) if steps.size else 0.0
         jump = max(abs(row[start - 1]), 0.0 if lasts else abs(row[stop]))
         loud = np.sqrt(np.mean(before**2))
