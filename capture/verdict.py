@@ -78,8 +78,8 @@ class Limits:
     golden_residual_db: float = -60.0
     loopback_ripple_db: float = 1.25
     event_contrast_db: float = 13.0
-    event_level_db: float = -33.0
-    loopback_event_db: float = -58.0
+    event_level_db: float = -26.0
+    loopback_event_db: float = -51.0
     distortion_percent: float = 3.0
     spoiling_distortion_percent: float = 8.0
     lost_tail_db: float = -28.0

@@ -14,7 +14,8 @@ LOWEST_HZ = 200.0
 ORDERS = (2, 3, 4, 5)
 AFTER_S = 0.1
 BEFORE_S = 0.01
-NEAREST_S = 0.05
+NEAREST_S = 0.12
+"""The second harmonic must lead by more than the early sound lasts."""
 ABOVE_NOISE = 4.0
 
 
