@@ -8,6 +8,7 @@ import numpy as np
 
 from rigs.envelope import Envelope
 from rigs.rig import RIGS, RigKind, Surroundings
+from rigs.unwired import UnwiredRig
 from rigs.words import EnvelopeConfig
 from rir.config import Config
 from rir.errors import RigError
@@ -32,7 +33,7 @@ def instruction(name: str, pose: Pose) -> str:
     )
 
 
-class ManualRig:
+class ManualRig(UnwiredRig):
     """Ask a person to carry the device, and believe the answer.
 
     Parameters
@@ -94,33 +95,6 @@ class ManualRig:
     def duration(self, start: Pose, end: Pose) -> float:
         """Return the time a person needs, 0 for staying."""
         return 0.0 if start.distance(end) == 0.0 else self.seconds
-
-    def connect(self) -> None:
-        """Do nothing: there is no line."""
-
-    def home(self) -> None:
-        """Do nothing: a person has no reference switch."""
-
-    def homing_sweep(self) -> np.ndarray:
-        """Return no boxes: homing moves nothing."""
-        return np.zeros((0, 2, 3))
-
-    def whereabouts(self) -> np.ndarray:
-        """Return the place it is at, if there is one."""
-        places = [] if self._pose is None else [[self._pose.position] * 2]
-        return np.array(places).reshape(-1, 2, 3)
-
-    def confirm(self) -> float:
-        """Return NaN: there is nothing to compare with."""
-        return float("nan")
-
-    def reference_place(self) -> np.ndarray | None:
-        """Return nothing: `confirm` moves nothing."""
-        return None
-
-    def trouble(self) -> str:
-        """Return nothing: it can always move."""
-        return ""
 
     def where(self) -> Pose | None:
         """Return the pose last confirmed by the person, None if there is none."""

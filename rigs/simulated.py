@@ -4,18 +4,17 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, Literal
 
-import numpy as np
-
 from rigs.clock import Clock, VirtualClock
 from rigs.envelope import Envelope
 from rigs.motion import travel_time, turn_angle
 from rigs.rig import RIGS, RigKind, Surroundings
+from rigs.unwired import UnwiredRig
 from rigs.words import EnvelopeConfig
 from rir.config import Config
 from rir.pose import Pose
 
 
-class SimulatedRig:
+class SimulatedRig(UnwiredRig):
     """Carry nothing to any pose inside an envelope, and report it to a callback.
 
     Parameters
@@ -94,33 +93,6 @@ class SimulatedRig:
     def duration(self, start: Pose, end: Pose) -> float:
         """Estimate the seconds of a move, settling included."""
         return self._travel(start, end) + self.settle
-
-    def connect(self) -> None:
-        """Do nothing: there is no line."""
-
-    def home(self) -> None:
-        """Do nothing: a simulated rig always knows where it is."""
-
-    def homing_sweep(self) -> np.ndarray:
-        """Return no boxes: homing moves nothing."""
-        return np.zeros((0, 2, 3))
-
-    def whereabouts(self) -> np.ndarray:
-        """Return the place it is at, if there is one."""
-        places = [] if self._pose is None else [[self._pose.position] * 2]
-        return np.array(places).reshape(-1, 2, 3)
-
-    def confirm(self) -> float:
-        """Return NaN: there is nothing to compare with."""
-        return float("nan")
-
-    def reference_place(self) -> np.ndarray | None:
-        """Return nothing: `confirm` moves nothing."""
-        return None
-
-    def trouble(self) -> str:
-        """Return nothing: it can always move."""
-        return ""
 
     def where(self) -> Pose | None:
         """Return the pose; None before the first move if no start was given."""
