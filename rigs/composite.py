@@ -1,6 +1,5 @@
 """Rigs whose axes belong to several controllers: a gantry with a turntable on it."""
 
-from collections.abc import Callable
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
@@ -9,6 +8,7 @@ from rigs.controller import Controller
 from rigs.grbl import GrblPart
 from rigs.machine import MachineRig
 from rigs.marlin import MarlinPart
+from rigs.part import Truth
 from rigs.rig import RIGS, RigKind, Surroundings
 from rigs.turntable import TurntablePart
 from rigs.words import MachineConfig
@@ -29,23 +29,16 @@ class CompositeConfig(MachineConfig):
 
     @model_validator(mode="after")
     def _axes_once(self) -> "CompositeConfig":
-        axes = [axis for part in self.parts for axis in axes_of(part)]
+        axes = [axis for part in self.parts for axis in part.axes]
         twice = sorted({axis for axis in axes if axes.count(axis) > 1})
         if twice:
             raise ValueError(f"two parts move {', '.join(twice)}; each axis once")
         return self
 
 
-def axes_of(part: Part) -> tuple[str, ...]:
-    """Return the axes a part moves."""
-    if isinstance(part, TurntablePart):
-        return (part.stage.axis,)
-    return part.board.axes
-
-
 def _build(config: CompositeConfig, around: Surroundings) -> MachineRig:
     drivers: list[Controller] = []
-    truths: list[Callable[[], dict[str, float]]] = []
+    truths: list[Truth] = []
     for part in config.parts:
         driver, truth = part.controller(around)
         drivers.append(driver)

@@ -15,11 +15,10 @@ from rigs.faults import (
     StrayError,
     UnknownPositionError,
 )
+from rigs.knowledge import NEVER_HOMED, Knowledge
 from rigs.line import Line
 from rir.config import Config
 from rir.errors import OutOfReachError, RigError
-
-NEVER_HOMED = "it has not been homed since it was connected"
 
 
 class Dialogue(Config):
@@ -72,7 +71,7 @@ class DialogueOptions(Config):
     dialogue: Dialogue
 
 
-class DialogueController:
+class DialogueController(Knowledge[float]):
     """Drive one axis by a described dialogue.
 
     With neither ``done`` nor ``poll`` it runs open loop: the time computed from the
@@ -88,24 +87,13 @@ class DialogueController:
         *,
         simulated: bool = False,
     ) -> None:
+        super().__init__()
         self.options = options
         self.axes: tuple[str, ...] = (options.axis,)
         self.simulated = simulated
         self.clock = clock
         self.line = line
         self._pending = ""
-        self._at: float | None = None
-        self._why = NEVER_HOMED
-
-    @property
-    def known(self) -> bool:
-        """Whether the position is known."""
-        return self._at is not None
-
-    @property
-    def why(self) -> str:
-        """Why the position is not known."""
-        return "" if self.known else self._why
 
     @property
     def open_loop(self) -> bool:

@@ -21,15 +21,15 @@ from rigs.grbl_link import HOLD, GrblLink, Patience
 from rigs.grbl_options import GrblOptions
 from rigs.grbl_reference import Reference
 from rigs.grbl_words import Status
+from rigs.knowledge import NEVER_HOMED, Knowledge
 from rigs.line import Line
 from rir.errors import RigError
 
 STAMP = 7.313
 """G92 offset of X in mm that says: homed since the last reset."""
-NEVER_HOMED = "it has not been homed since it was connected"
 
 
-class GrblState:
+class GrblState(Knowledge[np.ndarray]):
     """Know at any time whether the position of one board is known.
 
     Parameters
@@ -53,6 +53,7 @@ class GrblState:
         *,
         simulated: bool = False,
     ) -> None:
+        super().__init__()
         self.options = options or GrblOptions()
         self.axes = self.options.axes
         self.simulated = simulated
@@ -60,8 +61,6 @@ class GrblState:
         self.link = GrblLink(line, clock, patience)
         self.board: Board | None = None
         self.state = "Disconnected"
-        self._at: np.ndarray | None = None
-        self._why = NEVER_HOMED
         self._snag = ""
         self.reference: Reference | None = None
         self.alarms = 0
@@ -70,18 +69,9 @@ class GrblState:
     # -- what is known ----------------------------------------------------------------
 
     @property
-    def known(self) -> bool:
-        """Whether the position is known since the last homing."""
-        return self._at is not None
-
-    @property
     def why(self) -> str:
         """Why the position is not known, or what keeps it from moving."""
         return self._snag if self.known else self._why
-
-    def _lose(self, why: object) -> None:
-        self._at = None
-        self._why = str(why)
 
     def _told(self, error: BaseException) -> None:
         """Draw the consequences of an error for what is known."""

@@ -1,19 +1,15 @@
 """Rigs on one Marlin board."""
 
-from collections.abc import Callable
-from functools import partial
 from typing import Literal
 
 from pydantic import Field
 
-from rigs.faulty import suffer
+from rigs.clock import Clock
 from rigs.firmware.marlin import MarlinFirmware
-from rigs.line import SerialLine
-from rigs.machine import MachineRig
+from rigs.line import Line
 from rigs.marlin_controller import MarlinController, MarlinOptions
-from rigs.ports import SIMULATED, simulated_line
-from rigs.rig import RIGS, RigKind, Surroundings
-from rigs.words import FaultConfig, MachineConfig, Triple
+from rigs.part import Part, PartConfig, add_machine, plagued
+from rigs.words import FaultConfig, Triple
 from rir.config import Config
 
 
@@ -24,51 +20,32 @@ class MarlinSimulation(Config):
     faults: tuple[FaultConfig, ...] = ()
 
 
-class MarlinPart(Config):
+class MarlinPart(Part):
     """One Marlin board, on its own or as part of a composite rig."""
 
     kind: Literal["marlin"] = "marlin"
-    port: str
     baud: int = 250000
     board: MarlinOptions = MarlinOptions()
     simulation: MarlinSimulation = Field(default_factory=MarlinSimulation)
 
     @property
-    def simulated(self) -> bool:
-        """Whether a firmware model takes the place of a board."""
-        return self.port == SIMULATED
+    def axes(self) -> tuple[str, ...]:
+        """The axes it moves."""
+        return self.board.axes
 
-    def controller(
-        self, around: Surroundings
-    ) -> tuple[MarlinController, Callable[[], dict[str, float]] | None]:
-        """Return the driver, and the truth about its axes if it is simulated."""
-        if not self.simulated:
-            line = SerialLine(self.port, self.baud, around.clock)
-            return MarlinController(line, around.clock, self.board), None
+    def driver(self, line: Line, clock: Clock) -> MarlinController:
+        """Return the driver that speaks over a line."""
+        return MarlinController(line, clock, self.board, simulated=self.simulated)
+
+    def model(self) -> MarlinFirmware:
+        """Return the firmware model that takes the place of a board."""
         x, y, z = (*self.board.high_mm, 0.0, 0.0)[:3]
         chip = MarlinFirmware(self.simulation.at_mm, (x, y, z))
-        for fault in self.simulation.faults:
-            chip.on_move.append(partial(suffer, chip, fault))
-        line = simulated_line(chip, around.clock)
-        driver = MarlinController(line, around.clock, self.board, simulated=True)
-
-        def truth() -> dict[str, float]:
-            values = (float(value) for value in chip.true_position)
-            return dict(zip(self.board.axes, values, strict=False))
-
-        return driver, truth
+        return plagued(chip, self.simulation.faults)
 
 
-class MarlinConfig(MachineConfig, MarlinPart):
+class MarlinConfig(MarlinPart, PartConfig):
     """The part of a rig file that describes a rig on one Marlin board."""
 
 
-def _build(config: MarlinConfig, around: Surroundings) -> MachineRig:
-    driver, truth = config.controller(around)
-    envelope = config.envelope.envelope()
-    return MachineRig(
-        config.name, "marlin", [driver], envelope, config.mount(), around, truth
-    )
-
-
-RIGS.add("marlin")(RigKind("a gantry on a Marlin board", MarlinConfig, _build))
+add_machine("marlin", "a gantry on a Marlin board", MarlinConfig)

@@ -17,13 +17,13 @@ from rigs.faults import (
     StrayError,
     UnknownPositionError,
 )
+from rigs.knowledge import NEVER_HOMED, Knowledge
 from rigs.line import Line
 from rigs.marlin_words import Reply, checksummed, read_reply, vector
 from rigs.motion import travel_time
 from rir.config import Config
 from rir.errors import OutOfReachError, RigError
 
-NEVER_HOMED = "it has not been homed since it was connected"
 RESENDS = 6
 
 
@@ -45,7 +45,7 @@ class MarlinOptions(Config):
     loud: tuple[str, ...] = ()
 
 
-class MarlinController:
+class MarlinController(Knowledge[np.ndarray]):
     """Drive one Marlin board.
 
     Every line carries a number, so a board that has restarted gives itself away: it
@@ -61,6 +61,7 @@ class MarlinController:
         *,
         simulated: bool = False,
     ) -> None:
+        super().__init__()
         self.options = options or MarlinOptions()
         self.axes = self.options.axes
         self.simulated = simulated
@@ -71,22 +72,6 @@ class MarlinController:
         self._number = 0
         self._partial = b""
         self._replies: deque[Reply] = deque()
-        self._at: np.ndarray | None = None
-        self._why = NEVER_HOMED
-
-    @property
-    def known(self) -> bool:
-        """Whether the position is known since the last homing."""
-        return self._at is not None
-
-    @property
-    def why(self) -> str:
-        """Why the position is not known."""
-        return "" if self.known else self._why
-
-    def _lose(self, why: object) -> None:
-        self._at = None
-        self._why = str(why)
 
     # -- dialogue ---------------------------------------------------------------------
 

@@ -1,62 +1,42 @@
 """Rigs that only turn, or move one axis, by a dialogue described in the rig file."""
 
-from collections.abc import Callable
 from typing import Literal
 
+from rigs.clock import Clock
 from rigs.dialogue_controller import DialogueController, DialogueOptions
 from rigs.firmware.turntable import TurntableFirmware
-from rigs.line import SerialLine
-from rigs.machine import MachineRig
-from rigs.ports import SIMULATED, simulated_line
-from rigs.rig import RIGS, RigKind, Surroundings
-from rigs.words import MachineConfig
-from rir.config import Config
+from rigs.line import Line
+from rigs.part import Part, PartConfig, add_machine
 
 
-class TurntablePart(Config):
+class TurntablePart(Part):
     """One simple controller, on its own or as part of a composite rig."""
 
     kind: Literal["turntable"] = "turntable"
-    port: str
     baud: int = 9600
     stage: DialogueOptions
 
     @property
-    def simulated(self) -> bool:
-        """Whether a model takes the place of a turntable."""
-        return self.port == SIMULATED
+    def axes(self) -> tuple[str, ...]:
+        """The axis it moves."""
+        return (self.stage.axis,)
 
-    def controller(
-        self, around: Surroundings
-    ) -> tuple[DialogueController, Callable[[], dict[str, float]] | None]:
-        """Return the driver, and the truth about its axis if it is simulated."""
-        if not self.simulated:
-            line = SerialLine(self.port, self.baud, around.clock)
-            return DialogueController(line, around.clock, self.stage), None
+    def driver(self, line: Line, clock: Clock) -> DialogueController:
+        """Return the driver that speaks over a line."""
+        return DialogueController(line, clock, self.stage, simulated=self.simulated)
+
+    def model(self) -> TurntableFirmware:
+        """Return the firmware model that takes the place of a turntable."""
         dialogue = self.stage.dialogue
         silent = dialogue.done is None and dialogue.poll is None
-        chip = TurntableFirmware(
-            0.0 if dialogue.home is None else 30.0,
-            speed=self.stage.speed,
-            silent=silent,
-        )
-        line = simulated_line(chip, around.clock)
-        driver = DialogueController(line, around.clock, self.stage, simulated=True)
-        return driver, lambda: {self.stage.axis: float(chip.true_position[0])}
+        at = 0.0 if dialogue.home is None else 30.0
+        return TurntableFirmware(at, speed=self.stage.speed, silent=silent)
 
 
-class TurntableConfig(MachineConfig, TurntablePart):
+class TurntableConfig(TurntablePart, PartConfig):
     """The part of a rig file that describes a turntable or a single stage."""
 
 
-def _build(config: TurntableConfig, around: Surroundings) -> MachineRig:
-    driver, truth = config.controller(around)
-    envelope = config.envelope.envelope()
-    return MachineRig(
-        config.name, "turntable", [driver], envelope, config.mount(), around, truth
-    )
-
-
-RIGS.add("turntable")(
-    RigKind("a turntable or stage with a described dialogue", TurntableConfig, _build)
+add_machine(
+    "turntable", "a turntable or stage with a described dialogue", TurntableConfig
 )

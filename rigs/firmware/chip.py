@@ -2,6 +2,7 @@
 
 import heapq
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from functools import partial
 
@@ -10,7 +11,7 @@ import numpy as np
 BYTE_TIME = 10 / 115200
 
 
-class Chip:
+class Chip(ABC):
     """Run scheduled actions in simulated time and exchange bytes.
 
     Nothing happens but in `advance`; `receive` only puts the bytes on their way.
@@ -80,13 +81,18 @@ class Chip:
         self.heard.append(byte)
         self.hear(byte)
 
+    @abstractmethod
     def hear(self, byte: int) -> None:
-        """React to one byte; a real chip overrides this."""
-        raise NotImplementedError
+        """React to one byte."""
 
+    @abstractmethod
     def power_cycle(self) -> None:
-        """Lose the supply for a moment; a real chip overrides this."""
-        raise NotImplementedError
+        """Lose the supply for a moment."""
+
+    @property
+    @abstractmethod
+    def true_position(self) -> np.ndarray:
+        """Where the axes really stand, mm and degrees."""
 
     def send(self, text: str) -> None:
         """Put text on the line, through whatever is wrong with the line."""
