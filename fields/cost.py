@@ -1,29 +1,34 @@
 """train-field cost: what accuracy costs in seconds, knob by knob."""
 
-import json
-import time
-from pathlib import Path
+from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from fields.evaluate import METRIC_UNITS, score
+from fields.field import Field
 from fields.plan import TrainingPlan
 from fields.run import UNLIMITED_STEPS, train_on
 from fields.sets import Bench
+from rir.cost import CostCurve, measure_costs
 
-__all__ = ["measure_cost", "plot_cost"]
+__all__ = ["measure_training"]
+
+Setting = tuple[Any, float]
 
 
-def measure_cost(
+def measure_training(
     bench: Bench,
     model: str,
     knob: str,
-    values: list[Any],
+    values: Sequence[Any],
     *,
-    budgets: list[float],
+    budgets: Sequence[float],
     exchange: str = "double",
-    seeds: tuple[int, ...] = (0,),
-) -> list[dict[str, Any]]:
-    """Train a model at several settings and budgets; one row each.
+    repeats: int = 1,
+    seed: int = 0,
+) -> list[CostCurve]:
+    """Train a model at several settings and budgets; one curve for each metric.
 
     Parameters
     ----------
@@ -40,43 +45,40 @@ def measure_cost(
         CPU seconds of training.
     exchange : str
         none, flip or double.
-    seeds : tuple of int
-        Repeats.
+    repeats : int
+        Trainings of each setting, from other random weights.
+    seed : int
+        Key of everything random.
+
+    Returns
+    -------
+    list of CostCurve
+        In the order of the metrics; seconds are those of the whole training.
     """
-    rows = []
-    for value in values or [None]:
+
+    def run(setting: Setting, rng: np.random.Generator) -> Field:
+        value, budget = setting
+        plan = TrainingPlan(
+            steps=UNLIMITED_STEPS,
+            budget_s=budget,
+            exchange=exchange,
+            seed=int(rng.integers(2**31)),
+        )
         config = {} if value is None else {knob: value}
-        for budget in budgets:
-            for seed in seeds:
-                plan = TrainingPlan(
-                    steps=UNLIMITED_STEPS,
-                    budget_s=budget,
-                    exchange=exchange,
-                    seed=seed,
-                )
-                started = time.process_time()
-                field = train_on(bench.train, model, config, plan)
-                seconds = time.process_time() - started
-                row = {"value": value, "seconds": seconds, "seed": seed}
-                rows.append(row | score(field, bench.test))
-    return rows
+        return train_on(bench.train, model, config, plan)
 
+    def name(setting: Setting) -> str:
+        value, budget = setting
+        return f"{budget:g} s" if value is None else f"{value}, {budget:g} s"
 
-def plot_cost(folder: Path, rows: list[dict[str, Any]], title: str) -> None:
-    """Write cost.json and cost.png."""
-    from matplotlib.figure import Figure
-
-    (folder / "cost.json").write_text(
-        json.dumps({"schema": 1, "title": title, "rows": rows}, indent=1)
+    return measure_costs(
+        f"{model} {knob}".strip(),
+        [(value, budget) for value in values or [None] for budget in budgets],
+        run,
+        lambda field: score(field, bench.test),
+        units=METRIC_UNITS,
+        rng=np.random.default_rng(seed),
+        repeats=repeats,
+        mark=bench.mark,
+        name=name,
     )
-    figure = Figure(figsize=(11, 5.5), layout="constrained")
-    figure.suptitle(title)
-    for axes, name in zip(figure.subplots(2, 4).flat, METRIC_UNITS, strict=False):
-        for value in dict.fromkeys(row["value"] for row in rows):
-            mine = [row for row in rows if row["value"] == value]
-            seconds = [row["seconds"] for row in mine]
-            axes.loglog(seconds, [row[name] for row in mine], "o-", label=str(value))
-        axes.set_title(f"{name} {METRIC_UNITS[name]}", fontsize="small")
-        axes.set_xlabel("CPU s")
-    figure.axes[0].legend(fontsize="x-small")
-    figure.savefig(folder / "cost.png", dpi=110)

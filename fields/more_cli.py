@@ -119,22 +119,19 @@ def show_cost(
     import yaml
     from rich.console import Console
 
+    from analysis.cost import write_cost_page
     from fields.command import parse_seconds
-    from fields.cost import measure_cost, plot_cost
-    from fields.evaluate import METRIC_UNITS
+    from fields.cost import measure_training
     from fields.sets import open_bench
 
+    console = Console()
     bench = open_bench(dataset, dataset.stem)
     turned = [yaml.safe_load(one) for one in values.split(",") if one]
     seconds = [parse_seconds(one) for one in budgets.split(",")]
-    rows = measure_cost(bench, model, knob, turned, budgets=seconds)
-    out.mkdir(parents=True, exist_ok=True)
-    plot_cost(out, rows, f"{model} on {bench.name} [{bench.mark}]")
-    console = Console()
-    for row in rows:
-        figures = ", ".join(f"{name} {row[name]:.3f}" for name in METRIC_UNITS)
-        console.print(
-            f"{knob} {row['value']}, {row['seconds']:.1f} CPU s: {figures}",
-            soft_wrap=True,
-        )
-    console.print(f"[bold]{bench.mark}[/bold] curves: {out / 'cost.png'}")
+    curves = measure_training(bench, model, knob, turned, budgets=seconds)
+    for curve in curves:
+        name = curve.quantity.replace("*", "-true").lower()
+        curve.save(out / f"cost-{name}.json")
+        console.print(curve.sentence, soft_wrap=True)
+    page = write_cost_page(curves, out / "cost.html")
+    console.print(f"[bold]{bench.mark}[/bold] curves: {page}")

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rooms.cost import Curve
+from rir.cost import CostCurve
 from rooms.plan import Plan
 from rooms.scene import Scene
 
@@ -57,14 +57,15 @@ def error_line(result: "Simulation") -> str:
     return f"estimated error (1 sigma, worst octave): {', '.join(parts)}"
 
 
-def cost_table(curve: Curve) -> "Table":
+def cost_table(curve: CostCurve) -> "Table":
     """Return one knob's settings with the recommended one marked."""
     from rich.table import Table
 
-    table = Table(title=f"{curve.knob} (SIMULATED)")
-    for heading in ("setting", "CPU ms / pair", "error of C50 [dB]", ""):
+    table = Table(title=f"{curve.knob} ({curve.mark})")
+    quantity = f"error of {curve.quantity} [{curve.unit}]"
+    for heading in ("setting", f"CPU ms / {curve.per}", quantity, ""):
         table.add_column(heading, justify="right")
-    for k, (setting, seconds, error) in enumerate(curve.points):
+    for k, p in enumerate(curve.points):
         mark = "[green]recommended[/]" if k == curve.knee else ""
-        table.add_row(setting, f"{1000 * seconds:.3g}", f"{error:.3g}", mark)
+        table.add_row(p.setting, f"{1000 * p.seconds:.3g}", f"{p.error:.3g}", mark)
     return table

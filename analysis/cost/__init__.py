@@ -1,8 +1,7 @@
-"""What accuracy costs in time: turn a knob, get points, take the knee."""
+"""What accuracy costs, drawn; the measuring itself is `rir.cost`."""
 
-from analysis.cost.curve import CostCurve, CostPoint, knee_of, mark_front
-from analysis.cost.measure import measure_cost
 from analysis.cost.page import cost_chart, write_cost_page
+from rir.cost import CostCurve, CostPoint, knee_of, mark_front, measure_cost
 
 __all__ = [
     "CostCurve",

@@ -6,7 +6,7 @@ from html import escape
 from importlib.resources import files
 from pathlib import Path
 
-from analysis.cost.curve import CostCurve, CostPoint
+from rir.cost import CostCurve, CostPoint
 
 __all__ = ["cost_chart", "write_cost_page"]
 
@@ -41,9 +41,10 @@ def _table(curve: CostCurve) -> str:
         f"</td><td>{p.repeats}</td></tr>"
         for k, p in enumerate(curve.points)
     )
+    each = f" a {escape(curve.per)}" if curve.per else ""
     return (
         "<div class='scroll'><table><thead><tr><th>setting</th>"
-        f"<th>{escape(curve.seconds_of)} seconds</th>"
+        f"<th>{escape(curve.seconds_of)} seconds{each}</th>"
         f"<th>{escape(curve.quantity)} error [{escape(curve.unit or '1')}]</th>"
         f"<th>repeats</th></tr></thead><tbody>{rows}</tbody></table></div>"
     )

@@ -6,6 +6,7 @@ import pytest
 import yaml
 
 from fields.cli import main
+from rir.cost import CostCurve
 
 
 @pytest.fixture
@@ -67,6 +68,8 @@ def test_cost_command_writes_curves(grid, tmp_path):
     out = tmp_path / "cost"
     code = main(["cost", str(path), *arguments, "--budgets", "0.1s", "--out", str(out)])
     assert code == 0
-    rows = json.loads((out / "cost.json").read_text())["rows"]
-    assert [row["value"] for row in rows] == [8, 16]
-    assert (out / "cost.png").exists()
+    curve = CostCurve.load(out / "cost-c50.json")
+    assert [point.setting for point in curve.points] == ["8, 0.1 s", "16, 0.1 s"]
+    assert all(point.seconds >= 0.1 for point in curve.points)
+    assert curve.mark == "SIMULATED"
+    assert curve.sentence in (out / "cost.html").read_text()

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from analysis.cli import main
-from analysis.cost import CostCurve, measure_cost, write_cost_page
+from analysis.cost import write_cost_page
 from rir import DatasetError
+from rir.cost import CostCurve, measure_cost, measure_costs
 
 
 def curve_of(errors, seconds, **options):
@@ -96,3 +97,46 @@ def test_nothing_finite_gives_no_recommendation():
     curve = curve_of([np.nan], [1.0])
     assert curve.knee == -1
     assert "no setting gave a result" in curve.sentence
+
+
+def test_one_run_gives_a_curve_for_each_quantity_per_thing_made():
+    rows = measure_costs(
+        "n",
+        [1, 4],
+        lambda n, _: n,
+        lambda n: {"floor": 0.1 / n},
+        units={"floor": "ratio", "C50": "dB"},
+        rng=np.random.default_rng(0),
+        repeats=2,
+        seconds=lambda n, _: 8.0 * n,
+        count=2,
+        per="pair",
+        mark="SIMULATED",
+    )
+    floor, clarity = rows
+    assert [p.seconds for p in floor.points] == [4.0, 16.0]
+    assert floor.sentence.startswith("SIMULATED: n 4: -32.0 dB of floor costs 16 s a p")
+    assert clarity.knee == -1
+
+
+def test_files_of_before_the_mark_still_open(tmp_path):
+    path = curve_of([1.0, 0.5], [1.0, 2.0]).save(tmp_path / "order.json")
+    plain = json.loads(path.read_text())
+    del plain["mark"], plain["per"]
+    path.write_text(json.dumps(plain))
+    assert CostCurve.load(path).mark == ""
+
+
+def test_warming_is_not_timed():
+    now = itertools.count()
+    curve = measure_cost(
+        "n",
+        [1],
+        lambda n, _: n,
+        float,
+        quantity="x",
+        rng=np.random.default_rng(0),
+        warm=lambda _: [next(now) for _ in range(100)],
+        clock=lambda: float(next(now)),
+    )
+    assert curve.points[0].seconds == 1.0

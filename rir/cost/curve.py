@@ -2,47 +2,18 @@
 
 import json
 import math
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from rir.cost.point import CostPoint
 from rir.errors import DatasetError
 from rir.records import software_version
 
-__all__ = ["CostCurve", "CostPoint", "knee_of", "mark_front"]
+__all__ = ["CostCurve"]
 
 FORMAT = "resounding-cost"
 SCHEMA = 1
-
-
-@dataclass(frozen=True)
-class CostPoint:
-    """One setting of a knob, with what it costs and how wrong it is.
-
-    Parameters
-    ----------
-    setting : str
-        The setting, as a person would write it.
-    seconds, seconds_low, seconds_high : float
-        Median over repeats, and the ends of its 95 % interval [s].
-    error, error_low, error_high : float
-        The same of the error, in the unit of the curve.
-    repeats : int
-        How often it was run.
-    on_front : bool
-        Whether no other setting is both cheaper and better.
-    """
-
-    setting: str
-    seconds: float
-    seconds_low: float
-    seconds_high: float
-    error: float
-    error_low: float
-    error_high: float
-    repeats: int
-    on_front: bool = False
 
 
 @dataclass(frozen=True)
@@ -54,13 +25,18 @@ class CostCurve:
     knob : str
         What was turned, for instance ``"sweep length"``.
     quantity, unit : str
-        What the error is an error of, and its unit, for instance C50 and dB.
+        What the error is an error of, and its unit, for instance C50 and dB. The
+        unit ``"ratio"`` is one of amplitudes: it is told in decibels.
     seconds_of : str
         What the seconds are seconds of: ``"CPU"`` or ``"measuring"``.
     points : tuple of CostPoint
         In the order of the settings.
     knee : int
         Index of the recommended setting; -1 if there is none.
+    per : str
+        What the seconds are for one of, for instance ``"pair"``; "" for the whole.
+    mark : str
+        ``"SIMULATED"`` or ``"MEASURED"``; "" where neither applies.
     """
 
     knob: str
@@ -69,6 +45,8 @@ class CostCurve:
     seconds_of: str
     points: tuple[CostPoint, ...]
     knee: int
+    per: str = ""
+    mark: str = ""
 
     @property
     def front(self) -> list[CostPoint]:
@@ -78,17 +56,25 @@ class CostCurve:
     @property
     def sentence(self) -> str:
         """What a person needs to know, in one sentence."""
+        start = f"{self.mark}: " if self.mark else ""
         if self.knee < 0:
-            return f"{self.knob}: no setting gave a result."
+            return f"{start}{self.knob}: no setting gave a result."
         best = self.points[self.knee]
+        each = f" a {self.per}" if self.per else ""
         said = (
-            f"{self.knob} {best.setting}: {best.error:.2g} {self.unit} of "
-            f"{self.quantity} costs {best.seconds:.2g} s here"
-        ).replace("  ", " ")
+            f"{start}{self.knob} {best.setting}: {self.shown(best.error)} of "
+            f"{self.quantity} costs {best.seconds:.2g} s{each} here"
+        )
         factor = self._halving_factor(best)
         if factor is None:
             return f"{said}; no setting tried is better."
         return f"{said}; the next halving costs {factor:.2g}×."
+
+    def shown(self, error: float) -> str:
+        """Return an error as a person would write it."""
+        if self.unit == "ratio":
+            return f"{20 * math.log10(max(error, 1e-300)):.1f} dB"
+        return f"{error:.2g} {self.unit}".rstrip()
 
     def _halving_factor(self, best: CostPoint) -> float | None:
         """Return how many times dearer half the error is, from the next point on."""
@@ -129,55 +115,6 @@ class CostCurve:
             raise DatasetError(
                 f"{path} has schema {data['schema']}; update this program"
             )
-        fields = {k: data[k] for k in CostCurve.__dataclass_fields__}
+        fields = {k: data[k] for k in CostCurve.__dataclass_fields__ if k in data}
         fields["points"] = tuple(CostPoint(**p) for p in data["points"])
         return CostCurve(**fields)
-
-
-def mark_front(points: Sequence[CostPoint]) -> tuple[CostPoint, ...]:
-    """Mark the Pareto front: points that no other beats in both ways.
-
-    Examples
-    --------
-    >>> def at(seconds, error):
-    ...     return CostPoint("", seconds, seconds, seconds, error, error, error, 1)
-    >>> [p.on_front for p in mark_front([at(1, 3), at(2, 4), at(3, 1)])]
-    [True, False, True]
-    """
-
-    def beaten(p: CostPoint) -> bool:
-        return not (math.isfinite(p.error) and math.isfinite(p.seconds)) or any(
-            q.seconds <= p.seconds
-            and q.error <= p.error
-            and (q.seconds < p.seconds or q.error < p.error)
-            for q in points
-        )
-
-    return tuple(replace(p, on_front=not beaten(p)) for p in points)
-
-
-def knee_of(points: Sequence[CostPoint]) -> int:
-    """Return the index of the recommended point of the front; -1 if there is none.
-
-    Of the logarithms of seconds and error, scaled to the unit square, it is the
-    point farthest under the line between the ends of the front.
-
-    References
-    ----------
-    Satopää et al., "Finding a kneedle in a haystack", ICDCSW 2011.
-    """
-    front = sorted(
-        (k for k, p in enumerate(points) if p.on_front),
-        key=lambda k: points[k].seconds,
-    )
-    if len(front) < 3:
-        return front[-1] if front else -1
-    x, y = (
-        [math.log(max(getattr(points[k], name), 1e-300)) for k in front]
-        for name in ("seconds", "error")
-    )
-    wide, tall = x[-1] - x[0], y[0] - y[-1]
-    if not wide or not tall:
-        return front[0]
-    depth = [(y[0] - b) / tall - (a - x[0]) / wide for a, b in zip(x, y, strict=True)]
-    return front[max(range(len(front)), key=depth.__getitem__)]
