@@ -14,8 +14,9 @@ from torch import Tensor, nn
 
 from fields.data import FieldData
 from fields.frame import SceneFrame
-from fields.layers.direct import local_direction
+from fields.layers.direct import ORDER, local_direction
 from fields.layers.filters import band_matrix, minimum_phase_log
+from fields.layers.harmonics import harmonics
 from fields.layers.images import BoxImages
 from fields.plan import TrainingPlan
 from fields.render.rays import even_directions
@@ -87,7 +88,12 @@ class DiffRir(nn.Module):
     def observe(self, data: FieldData) -> None:
         """Need nothing from the data beforehand."""
 
-    def forward(self, query: Query, weighting: RayWeighting = omni_weighting) -> Tensor:
+    def forward(
+        self,
+        query: Query,
+        random: torch.Generator | None = None,  # noqa: ARG002
+        weighting: RayWeighting = omni_weighting,
+    ) -> Tensor:
         """Return responses through a listener pattern, (batch, n_samples)."""
         paths = self.images(query.emitter, query.listener)
         # Energy is split between reflection and absorption.
@@ -119,6 +125,12 @@ class DiffRir(nn.Module):
         kernel = torch.softmax(SHARPNESS * self.directions @ self.directions.T, -1)
         return self.directions, torch.exp(kernel @ self.directivity)
 
+    def read_pattern(self, query: Query) -> Tensor:  # noqa: ARG002
+        """Return the learned directivity as harmonics, detached."""
+        directions, gains = self.emitter_pattern()
+        basis = harmonics(directions, ORDER)
+        return torch.linalg.pinv(basis) @ gains.detach().mean(-1)
+
     def training_loss(
         self,
         query: Query,
@@ -130,7 +142,7 @@ class DiffRir(nn.Module):
 
     def render(self, query: Query, weighting: RayWeighting = omni_weighting) -> Tensor:
         """Return responses, shape (batch, n_samples)."""
-        return self(query, weighting)
+        return self(query, None, weighting)
 
 
 def _local(directions: Tensor, axes: Tensor) -> Tensor:

@@ -33,6 +33,10 @@ class Shells:
         Fourier transform; radii that fall on the same sample become one shell.
         """
         last = max(round(far * samples_a_metre), 1)
+        if count == 1:
+            # The only shell lies where the listener does not.
+            radius = torch.tensor([last / samples_a_metre])
+            return cls(torch.tensor([last]), radius, radius)
         delays = torch.linspace(0, last, min(count, last + 1)).round().long()
         delays = torch.unique(delays)
         radii = delays.float() / samples_a_metre
