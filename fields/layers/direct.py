@@ -50,11 +50,14 @@ class DirectPath(nn.Module):
         with torch.no_grad():
             self.slow_pattern.copy_(coefficients / PATTERN_PACE)
 
-    def gain(self, query: Query) -> Tensor:
+    def gain(self, query: Query, source: Tensor | None = None) -> Tensor:
         """Return the emitter's gain towards the listener, shape (batch,)."""
-        return harmonics(departure(query), ORDER) @ self.pattern
+        pattern = self.pattern if source is None else source
+        return harmonics(departure(query), ORDER) @ pattern
 
-    def forward(self, query: Query, listener_gain: Tensor) -> Tensor:
+    def forward(
+        self, query: Query, listener_gain: Tensor, source: Tensor | None = None
+    ) -> Tensor:
         """Return the direct sound, shape (batch, n_samples).
 
         Parameters
@@ -62,9 +65,13 @@ class DirectPath(nn.Module):
         query : Query
             Poses.
         listener_gain : Tensor
-            The listener's gain towards the emitter, shape (batch,).
+            The listener's gain towards the emitter, and whatever else the direct
+            sound is multiplied by, shape (batch,).
+        source : Tensor, optional
+            Pattern of another emitter in this one's place, shape (25,).
         """
-        level = self.gain(query) * listener_gain / query.distance.clamp_min(NEAREST_M)
+        near = query.distance.clamp_min(NEAREST_M)
+        level = self.gain(query, source) * listener_gain / near
         length = 2 * self.n_samples
         bins = torch.arange(length // 2 + 1, device=level.device) / length
         delay = query.distance * self.samples_a_metre - TAPS // 2

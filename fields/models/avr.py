@@ -11,14 +11,17 @@ from pathlib import Path
 import numpy as np
 import torch
 from torch import Tensor, nn
+from torch.utils.checkpoint import checkpoint
 
 from fields.data import FieldData
 from fields.frame import SceneFrame
 from fields.layers.direct import DirectPath, arrival, local_direction
+from fields.layers.emission import omni_pattern, sent_features
 from fields.layers.encoding import Sinusoids
 from fields.layers.harmonics import harmonics
 from fields.layers.hash_grid import HashGrid
 from fields.layers.perceptron import perceptron
+from fields.layers.shade import Shade
 from fields.pattern import fit_emitter_pattern
 from fields.plan import TrainingPlan
 from fields.render.bank import bank_sum
@@ -39,6 +42,7 @@ AVR_WEIGHTS = LossWeights(
 )
 START_OPACITY = 1.0
 DENSITY_CELLS = 24
+LARGE_VALUES = 2**25
 
 
 @dataclass(frozen=True)
@@ -68,9 +72,13 @@ class Config:
     hash_levels: int = 0
     "levels of a hash grid in place of sinusoids (paper: 20)"
     emission: str = "local"
-    "what a point knows of the emitter: local (its own bearing) or absolute (paper)"
+    "what a point knows of the emitter: pattern (offset; gain), local or absolute"
+    turning: bool = True
+    "turn the rays at random in every step; few rays converge faster unturned"
     direct: bool = True
     "write the direct sound out, with a learned emitter pattern"
+    shaded: bool = True
+    "let a learned volume of obstacles dim the direct sound"
 
 
 PRESETS = {
@@ -111,6 +119,10 @@ class Points:
     weights: Tensor
     rays: Tensor
 
+    def __getitem__(self, rows: slice) -> "Points":
+        shells, weights = self.shells[rows], self.weights[rows]
+        return Points(self.positions[rows], shells, weights, self.rays)
+
 
 class Avr(nn.Module):
     """Render responses from opacity and signals in space."""
@@ -134,7 +146,12 @@ class Avr(nn.Module):
         self.direct = (
             DirectPath(frame.n_samples, self.samples_a_metre) if config.direct else None
         )
+        shaded = config.direct and config.shaded
+        self.shade = Shade(frame.low, frame.high) if shaded else None
+        self.takes_source = config.emission == "pattern"
+        self.register_buffer("fitted", omni_pattern())
 
+    fitted: Tensor
     center: Tensor
     rays: Tensor
     delays: Tensor
@@ -166,7 +183,8 @@ class Avr(nn.Module):
         else:
             cells = DENSITY_CELLS
             self.density_grid = nn.Parameter(torch.zeros(1, 1, cells, cells, cells))
-        emitter = 4 if config.emission == "local" else self.encode_emitter.width + 6
+        absolute = config.emission == "absolute"
+        emitter = self.encode_emitter.width + 6 if absolute else 4
         # The first layer is split, so that what rays or emitters share is made once.
         self.from_point = nn.Linear(narrow, wide)
         self.from_view = nn.Linear(self.encode_view.width, wide, bias=False)
@@ -182,25 +200,28 @@ class Avr(nn.Module):
             self.bank = nn.Parameter(1e-2 * noise)
 
     def observe(self, data: FieldData) -> None:
-        """Start the direct sound from the pattern fitted to the responses."""
-        if self.direct is None:
+        """Start from the emitter's pattern as fitted to the responses."""
+        if self.direct is None and not self.takes_source:
             return
         fitted = fit_emitter_pattern(data)
-        if fitted is not None:
-            coefficients = torch.tensor(fitted.pattern.coefficients[0])
-            self.direct.set_pattern(coefficients.float())
+        if fitted is None:
+            return
+        coefficients = torch.tensor(fitted.pattern.coefficients[0]).float()
+        self.fitted.copy_(coefficients)
+        if self.direct is not None:
+            self.direct.set_pattern(coefficients)
 
     def points(self, query: Query, random: torch.Generator | None) -> Points:
         """Choose the points of a batch; without randomness always the same."""
         rays = self.rays
-        if random is not None:
+        if random is not None and self.config.turning:
             rays = rays @ random_rotation(random).to(rays.device).T
         offsets = rays[:, None] * self.radii[None, :, None]
         positions = query.listener[:, None, None] + offsets
         shells = torch.arange(len(self.radii), device=rays.device)
         shells = shells.expand(*positions.shape[:-1])
         if self.config.density == "network":
-            return Points(positions, shells, torch.zeros(()), rays)
+            return Points(positions, shells, shells.new_zeros(len(shells)), rays)
         weights = compositing_weights(self._grid_density(positions), self.steps)
         if self.config.proposals:
             shells, weights = drawn_shells(weights, self.config.proposals, random)
@@ -222,30 +243,55 @@ class Avr(nn.Module):
     def _density(self, raw: Tensor) -> Tensor:
         return self.start_density * nn.functional.softplus(raw) / 0.6931
 
-    def evaluate(self, query: Query, points: Points) -> tuple[Points, Tensor]:
+    def evaluate(
+        self, query: Query, points: Points, source: Tensor | None = None
+    ) -> tuple[Points, Tensor]:
         """Ask the network once: points with weights, and their features.
 
         Everything a listener's pattern changes comes after this, so a second
         rendering through another pattern needs no second evaluation.
         """
-        local = (points.positions - self.center) / self.reach
-        about = self.point_network(self.encode_point(local))
-        if self.config.density == "network":
-            raw = self.density_network(nn.functional.relu(about))[..., 0].float()
-            weights = compositing_weights(self._density(raw), self.steps)
+        given = query, points.positions, points.rays
+        if points.shells.numel() * self.config.width > LARGE_VALUES:
+            # At the paper's size what these networks would keep for the backward
+            # pass is more than the rest together, and cheap to make again.
+            density, hidden = checkpoint(
+                self._entry, *given, use_reentrant=False, preserve_rng_state=False
+            )
+        else:
+            density, hidden = self._entry(*given)
+        if density is not None:
+            weights = compositing_weights(density, self.steps)
             points = replace(points, weights=weights)
-        hidden = self.from_point(nn.functional.relu(about))
-        # In place: at the reference size this tensor alone is a gigabyte.
-        hidden += self.from_view(self.encode_view(-points.rays))[:, None]
-        hidden += self._emission(query, points)
-        features = self.signal_network(nn.functional.relu(hidden, inplace=True))
-        return points, features
+        features = self.signal_network[1:](hidden)
+        if not self.takes_source:
+            return points, features
+        if source is None:
+            source = self.fitted
+        return points, sent_features(query, points.positions, features, source)
 
-    def _emission(self, query: Query, points: Points) -> Tensor:
-        if self.config.emission == "local":
-            offset = points.positions - query.emitter[:, None, None]
-            bearing = local_direction(offset, query.emitter_axes)
+    def _entry(
+        self, query: Query, positions: Tensor, rays: Tensor
+    ) -> tuple[Tensor | None, Tensor]:
+        """Return density, and the first layer of the signal network."""
+        local = (positions - self.center) / self.reach
+        about = nn.functional.relu(self.point_network(self.encode_point(local)))
+        density = None
+        if self.config.density == "network":
+            density = self._density(self.density_network(about)[..., 0].float())
+        hidden = self.from_point(about)
+        hidden += self.from_view(self.encode_view(-rays))[:, None]
+        hidden += self._emission(query, positions)
+        return density, self.signal_network[0](nn.functional.relu(hidden, inplace=True))
+
+    def _emission(self, query: Query, positions: Tensor) -> Tensor:
+        if self.config.emission != "absolute":
+            offset = positions - query.emitter[:, None, None]
             length = offset.norm(dim=-1, keepdim=True) / self.reach
+            if self.config.emission == "local":
+                bearing = local_direction(offset, query.emitter_axes)
+            else:
+                bearing = offset / self.reach
             return self.from_emitter(torch.cat([bearing, length], dim=-1))
         place = self.encode_emitter((query.emitter - self.center) / self.reach)
         axes = [query.emitter_axes[..., 0], query.emitter_axes[..., 2]]
@@ -259,45 +305,64 @@ class Avr(nn.Module):
         return self.to_channels(features) @ self.bank
 
     def gather(
-        self, query: Query, points: Points, features: Tensor, weighting: RayWeighting
+        self,
+        query: Query,
+        points: Points,
+        features: Tensor,
+        weighting: RayWeighting,
+        source: Tensor | None = None,
     ) -> Tensor:
         """Sum the points through a listener's pattern, (batch, n_samples)."""
-        shares = points.weights * weighting(query, points.rays)[..., None]
-        shares = shares / len(points.rays)
-        gaps = points.positions - query.emitter[:, None, None]
-        flight = (gaps.square().sum(-1) + 1e-12).sqrt() * self.samples_a_metre
-        if self.config.head == "shell":
-            gathered = self._gather_shells(points, features, shares, flight)
-        else:
-            total = flight + self.delays[points.shells]
-            channels = self.to_channels(features).float()
-            gathered = bank_sum(
-                channels.flatten(1, 2), shares.flatten(1), total.flatten(1), self.bank
-            )
+        heard = weighting(query, points.rays)
+        return self._complete(
+            query, self._sum(query, points, features, heard), weighting, source
+        )
+
+    def _complete(
+        self,
+        query: Query,
+        gathered: Tensor,
+        weighting: RayWeighting,
+        source: Tensor | None = None,
+    ) -> Tensor:
         loss = path_loss(self.n_samples, self.samples_a_metre, gathered.device)
         response = gathered * loss
         if self.direct is None:
             return response
         toward = weighting(query, arrival(query)[:, None], local=True)[:, 0]
-        return response + self.direct(query, toward)
+        if self.shade is not None:
+            toward = toward * self.shade(query)
+        return response + self.direct(query, toward, source)
+
+    def _sum(
+        self, query: Query, points: Points, features: Tensor, heard: Tensor
+    ) -> Tensor:
+        """Sum points heard with a weight a ray (batch, rays), before any loss."""
+        shares = points.weights * heard[..., None] / len(points.rays)
+        gaps = points.positions - query.emitter[:, None, None]
+        flight = (gaps.square().sum(-1) + 1e-12).sqrt() * self.samples_a_metre
+        if self.config.head == "shell":
+            return self._gather_shells(points, features, shares, flight)
+        total = flight + self.delays[points.shells]
+        channels = self.to_channels(features).float()
+        return bank_sum(
+            channels.flatten(1, 2), shares.flatten(1), total.flatten(1), self.bank
+        )
 
     def _gather_shells(
         self, points: Points, features: Tensor, shares: Tensor, flight: Tensor
     ) -> Tensor:
         arrivals = flight.round().long().clamp(0, self.n_samples - 1)
+        # Unbound, because the gradient of an index is as large as the whole batch.
+        given = (
+            features.flatten(1, 2).unbind(),
+            shares.flatten(1).unbind(),
+            points.shells.flatten(1).unbind(),
+            arrivals.flatten(1).unbind(),
+        )
+        last = self.delays, self.waveform.weight, self.waveform.bias
         return torch.stack(
-            [
-                causal_projection(
-                    features[item].flatten(0, 1),
-                    shares[item].flatten(),
-                    points.shells[item].flatten(),
-                    arrivals[item].flatten(),
-                    self.delays,
-                    self.waveform.weight,
-                    self.waveform.bias,
-                )
-                for item in range(len(features))
-            ]
+            [causal_projection(*item, *last) for item in zip(*given, strict=True)]
         )
 
     def forward(
@@ -305,10 +370,22 @@ class Avr(nn.Module):
         query: Query,
         random: torch.Generator | None = None,
         weighting: RayWeighting = omni_weighting,
+        source: Tensor | None = None,
     ) -> Tensor:
-        """Return responses through a listener pattern, (batch, n_samples)."""
-        points, features = self.evaluate(query, self.points(query, random))
-        return self.gather(query, points, features, weighting)
+        """Return responses through a listener pattern, (batch, n_samples).
+
+        A ``source`` (coefficients, device frame) takes the place of the emitter's
+        own pattern; only ``emission="pattern"`` does so throughout.
+        """
+        points = self.points(query, random)
+        heard = weighting(query, points.rays)
+        values = points.shells[0].numel() * self.config.width
+        sums = []
+        for rows in torch.arange(len(query)).split(max(LARGE_VALUES // values, 1)):
+            some = slice(int(rows[0]), int(rows[-1]) + 1)
+            part, features = self.evaluate(query[some], points[some], source)
+            sums.append(self._sum(query[some], part, features, heard[some]))
+        return self._complete(query, torch.cat(sums), weighting, source)
 
     def emitter_pattern(self) -> tuple[Tensor, Tensor] | None:
         """Return directions and gains of the direct sound, if it is written out."""
@@ -316,6 +393,12 @@ class Avr(nn.Module):
             return None
         directions = even_directions(256)
         return directions, (harmonics(directions, 4) @ self.direct.pattern)[:, None]
+
+    def read_pattern(self, query: Query) -> Tensor:
+        """Return the pattern read at the emitters' own places, detached."""
+        from fields.selfsupervised.readout import network_pattern
+
+        return network_pattern(self, query)
 
     def training_loss(
         self, query: Query, target: Tensor, random: torch.Generator

@@ -49,7 +49,7 @@ class Config:
     "tell the axes of both devices"
     jitter_m: float = 0.0
     "noise on both positions in training, metres (original: 0.1)"
-    griffin_lim_steps: int = 0
+    griffin_lim_steps: int = 32
     "phase refinements in synthesis; 0 is the original's random phase"
 
 
@@ -64,6 +64,7 @@ PRESETS = {
         depth=7,
         pixels=2000,
         jitter_m=0.1,
+        griffin_lim_steps=0,
     ),
 }
 

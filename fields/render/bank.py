@@ -33,14 +33,15 @@ def bank_sum(features: Tensor, weights: Tensor, delays: Tensor, bank: Tensor) ->
     batch, _, channels = features.shape
     n_samples = bank.shape[1]
     whole = delays.floor()
-    part = (delays - whole)[..., None]
-    place = whole.long()
-    shares = features * weights[..., None]
+    part = delays - whole
     # The last two bins catch what arrives after the end.
-    bins = features.new_zeros(batch, n_samples + 2, channels)
-    for offset, share in ((0, shares * (1 - part)), (1, shares * part)):
-        index = (place + offset).clamp(0, n_samples + 1)[..., None]
-        bins = bins.scatter_add(1, index.expand(-1, -1, channels), share)
-    spectrum = torch.fft.rfft(bins[:, :n_samples], 2 * n_samples, dim=1)
-    filters = torch.fft.rfft(bank, 2 * n_samples).transpose(0, 1)
-    return torch.fft.irfft((spectrum * filters).sum(-1), 2 * n_samples)[:, :n_samples]
+    place = whole.long().clamp(0, n_samples)[:, None].expand(-1, channels, -1)
+    # Time last: transforms along a strided axis cost twice as much.
+    bins = features.new_zeros(batch, channels, n_samples + 2)
+    for offset, share in ((0, weights * (1 - part)), (1, weights * part)):
+        values = (features * share[..., None]).transpose(1, 2)
+        bins = bins.scatter_add(2, place + offset, values)
+    length = 2 * n_samples
+    spectrum = torch.fft.rfft(bins[..., :n_samples], length)
+    filtered = (spectrum * torch.fft.rfft(bank, length)).sum(1)
+    return torch.fft.irfft(filtered, length)[:, :n_samples]

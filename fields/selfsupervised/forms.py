@@ -13,7 +13,6 @@ from torch import Tensor
 
 from fields.render.weighting import pattern_weighting
 from fields.selfsupervised.poses import moved, random_axes
-from fields.selfsupervised.readout import network_pattern
 from fields.training.losses import LossWeights, waveform_loss
 from fields.training.query import Query
 from rir.registry import Registry
@@ -61,12 +60,18 @@ def pattern_exchange(
     A measured response (emitter pattern G at e, omni at l) is by reciprocity
     that of an omni source at l heard at e through G; an omni source is the mean
     of the emitter turned to o and to -o, over the pattern's mean. The target is
-    measured, so nothing can shrink and no teacher is needed.
+    measured, so nothing can shrink and no teacher is needed. A network that is
+    linear in the emitter's pattern is given the omni source itself.
     """
+    hears = pattern_weighting(setting.pattern)
+    if getattr(network, "takes_source", False):
+        omni = torch.zeros_like(setting.pattern)
+        omni[0] = (4 * torch.pi) ** 0.5
+        back = query.swapped()
+        return WEIGHT * waveform_loss(network(back, random, hears, omni), target, LOSS)
     axes = random_axes(len(query), random).to(query.emitter.device)
     # Turning half about the up axis reverses forward and left.
     opposite = axes * torch.tensor([-1.0, -1.0, 1.0], device=axes.device)
-    hears = pattern_weighting(setting.pattern)
     total = torch.zeros_like(target)
     for turned in (axes, opposite):
         back = Query(query.listener, turned, query.emitter, query.emitter_axes)
@@ -112,7 +117,7 @@ def consistent_both_sides(
     """
     if fraction < STAGE_TWO:
         return query.emitter.new_zeros(())
-    pattern = network_pattern(network, query)
+    pattern = network.read_pattern(query)
     seen, back, hears = _both_ways(pattern, setting, query, fraction, random, both=True)
     first, second = network(seen, random, hears), network(back, random, hears)
     return WEIGHT * waveform_loss(second, first, LOSS)

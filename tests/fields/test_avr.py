@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose
 
 from fields.data import prepare
 from fields.layers.hash_grid import HashGrid
+from fields.models import avr
 from fields.models.avr import Avr, Config
 from fields.render.bank import bank_sum
 from fields.render.compositing import compositing_weights, drawn_shells
@@ -94,6 +95,22 @@ def test_fast_renderer_equals_the_naive_one(
     for name, slope in slopes[0].items():
         largest = np.abs(slope).max()
         assert_allclose(slopes[1][name], slope, atol=1e-3 * largest, err_msg=name)
+
+
+@pytest.mark.parametrize("head", ["shell", "bank"])
+@pytest.mark.parametrize("density", ["network", "grid"])
+def test_large_batches_in_parts_change_nothing(data, query, density, head, monkeypatch):
+    network = built(data, density=density, head=head, channels=4)
+    found = []
+    for most in (avr.LARGE_VALUES, 1):
+        monkeypatch.setattr(avr, "LARGE_VALUES", most)
+        network.zero_grad()
+        response = network(query, step_random(0, 0))
+        response.square().sum().backward()
+        slopes = [weight.grad.clone() for weight in network.parameters()]
+        found.append([response.detach(), *slopes])
+    for whole, parts in zip(*found, strict=True):
+        assert_allclose(parts, whole, atol=1e-5 * float(whole.abs().max()))
 
 
 @pytest.mark.parametrize("first", [0, 1, 39, 40, 79])
