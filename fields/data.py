@@ -19,6 +19,7 @@ IN_MEMORY_BYTES = 1_500_000_000
 CHUNK_ROWS = 256
 SURFACE_POINTS = 1024
 NEAREST_DISTANCE_M = 0.1
+LOUDEST = 1e6
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,7 +174,10 @@ def _scale(responses: np.ndarray, dataset: Dataset, rows: np.ndarray) -> float:
             distances[part], NEAREST_DISTANCE_M
         )
     heard = level[level > 0]
-    return float(np.median(heard)) if len(heard) else 1.0
+    if not len(heard):
+        return 1.0
+    # Squares of the loudest row must fit into float32, whatever the others are.
+    return float(max(np.median(heard), heard.max() / LOUDEST))
 
 
 def _frame(
