@@ -66,6 +66,13 @@ def train(
     preset: Annotated[
         str, typer.Option(help="Sizes: cpu, or the paper's: paper.")
     ] = "cpu",
+    precision: Annotated[
+        str, typer.Option(help="float32, or bfloat16 inside the network.")
+    ] = "float32",
+    tensorboard: Annotated[
+        bool,
+        typer.Option("--tensorboard", help="Write event files for TensorBoard."),
+    ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
 ) -> None:
     """Train a field on a data set and score it on emitters it has not heard."""
@@ -89,6 +96,8 @@ def train(
         settings=settings or [],
         preset=preset,
         quiet=quiet,
+        precision=precision,
+        tensorboard=tensorboard,
     )
     train_and_report(request)
 

@@ -2,7 +2,8 @@
 
 import re
 import time
-from dataclasses import asdict, dataclass
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +13,13 @@ import yaml
 from fields.data import FieldData, prepare
 from fields.evaluate import chance_scores, score
 from fields.field import Field
-from fields.plan import TrainingPlan
+from fields.plan import Progress, TrainingPlan
 from fields.progress import progress_bar
 from fields.results import ResultTable
 from fields.run import UNLIMITED_STEPS, exchange_form, model_config, train_on
 from fields.split import Split, split_by_emitter
 from fields.table import FIELDS
+from fields.watching import curve_writer, tell_all, tensorboard_writer, watcher
 from rir import Dataset
 from rir.config import dump_yaml
 from rir.errors import ConfigError, TrainingError
@@ -25,6 +27,7 @@ from rir.errors import ConfigError, TrainingError
 __all__ = ["Request", "parse_seconds", "train_and_report"]
 
 BASELINES = ("nearest", "linear")
+MAP_PLACES = 300
 UNITS = {"": 1.0, "s": 1.0, "m": 60.0, "min": 60.0, "h": 3600.0}
 
 
@@ -49,6 +52,8 @@ class Request:
     settings: list[str]
     preset: str
     quiet: bool
+    precision: str = "float32"
+    tensorboard: bool = False
 
     def folder(self) -> Path:
         """Return the run folder."""
@@ -92,8 +97,10 @@ def train_and_report(request: Request) -> ResultTable:
     _write_config(folder, request, config, plan, data)
     console.print(f"[bold]{dataset.mark}[/bold] data: {split.describe()}")
     started = time.process_time()
-    with progress_bar(console, request.model, quiet=request.quiet) as tell:
-        plan = TrainingPlan(**{**_shallow(plan), "on_progress": tell})
+    with progress_bar(console, request.model, quiet=request.quiet) as bar:
+        tell = _listeners(request, folder, dataset.mark, bar)
+        watch = watcher(data.rows(np.array(split.test)))
+        plan = replace(plan, on_progress=tell, watch=watch)
         field = module.fit(data.rows(np.array(split.train)), config, plan)
     seconds = time.process_time() - started
     saved = field.save(folder / "field")
@@ -143,13 +150,19 @@ def _plan(request: Request) -> TrainingPlan:
         self_supervised="teacher" if request.self_supervised else "none",
         seed=request.seed,
         device=request.device,
+        precision=request.precision,
         out=request.folder(),
         resume=request.resume,
     )
 
 
-def _shallow(plan: TrainingPlan) -> dict[str, Any]:
-    return {name: getattr(plan, name) for name in plan.__dataclass_fields__}
+def _listeners(
+    request: Request, folder: Path, mark: str, bar: Callable[[Progress], None]
+) -> Callable[[Progress], None]:
+    listeners = [bar, curve_writer(folder, request.model, mark)]
+    if request.tensorboard:
+        listeners.append(tensorboard_writer(folder))
+    return tell_all(*listeners)
 
 
 def _split(request: Request, dataset: Dataset, folder: Path) -> Split:
@@ -237,10 +250,17 @@ def _table(
 def _draw(
     folder: Path, table: ResultTable, field: Field, data: FieldData, split: Split
 ) -> None:
+    from fields.maps import make_map, plot_map
     from fields.plots import plot_results
 
     test = data.rows(np.array(split.test))
     plot_results(folder / "results.png", table, _history(field), field, test)
+    emitter = test.emitters[0]
+    span = data.frame.high - data.frame.low
+    spacing = max(float(np.sqrt(span[0] * span[1] / MAP_PLACES)), 0.05)
+    shown = make_map(field, emitter, spacing=spacing)
+    plot_map(folder / "map.png", shown, f"{field.name}, an unseen emitter")
+    shown.save(folder / "map.npz")
 
 
 def _history(field: Field) -> list[list[float]]:
@@ -266,5 +286,5 @@ def _summary(
         f"STFT difference {ours['STFT']:.2f} (nearest {nearest['STFT']:.2f}, "
         f"chance {chance['STFT']:.2f})",
         f"field: {saved}",
-        f"table, plot, split, configuration: {folder}",
+        f"table, plots, map, split, configuration: {folder}",
     ]

@@ -3,20 +3,29 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
-import numpy as np
+from rir.errors import ConfigError
 
 __all__ = ["Progress", "TrainingPlan"]
+
+CHOICES = {
+    "exchange": ("none", "flip", "double"),
+    "exchange_mode": ("pose", "position"),
+    "self_supervised": ("none", "pattern", "teacher", "paper", "contrastive"),
+    "precision": ("float32", "bfloat16"),
+}
 
 
 @dataclass(frozen=True)
 class Progress:
-    """Say how far a training is."""
+    """Say how far a training is; scores only now and then."""
 
     step: int
     fraction: float
     loss: float
     seconds: float
+    scores: dict[str, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -61,7 +70,13 @@ class TrainingPlan:
     "folder for checkpoints; none are written without"
     resume: bool = False
     "continue from the checkpoint in the folder"
-    watch: np.ndarray | None = field(default=None, compare=False)
-    "rows to score during training, for the curve only"
+    watch: Callable[[Any], dict[str, float]] | None = field(default=None, compare=False)
+    "scores the field now and then, for the curve only; its seconds are not counted"
     on_progress: Callable[[Progress], None] | None = field(default=None, compare=False)
     "called after every step"
+
+    def __post_init__(self) -> None:
+        for name, known in CHOICES.items():
+            value = getattr(self, name)
+            if value not in known:
+                raise ConfigError(f"no {name} {value!r}; known: {', '.join(known)}")

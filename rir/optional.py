@@ -9,6 +9,7 @@ __all__ = ["require"]
 
 _REMEDIES = {
     "torch": "pip install 'resounding[fields]'",
+    "tensorboard": "pip install 'resounding[tensorboard]'",
     "sofar": "pip install 'resounding[sofa]'",
     "sounddevice": (
         "pip install sounddevice, and PortAudio itself: "

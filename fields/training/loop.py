@@ -22,6 +22,7 @@ from rir.errors import TrainingError
 __all__ = ["Trainer", "fit_network"]
 
 HISTORY_POINTS = 200
+WATCHED_AT = (0.05, 0.1, 0.2, 0.35, 0.5, 0.75)
 
 Term = Callable[[Any, Query, Tensor, float, torch.Generator], Tensor]
 
@@ -75,6 +76,8 @@ class _State:
     seconds: float = 0.0
     guards: Guards = field(default_factory=Guards)
     history: list[tuple[int, float, float]] = field(default_factory=list)
+    curve: list[dict[str, float]] = field(default_factory=list)
+    watched: int = 0
 
 
 class Trainer:
@@ -131,6 +134,8 @@ class Trainer:
             self.state.step += 1
             self.state.seconds = before + self.clock() - started
             self._tell(loss, fraction)
+            # What watching costs is no training.
+            started += self._watch(loss, fraction)
             if self.state.seconds - saved > self.plan.checkpoint_s:
                 saved = self.state.seconds
                 self._save()
@@ -201,6 +206,22 @@ class Trainer:
         if self.plan.on_progress is not None and self.ranks.first:
             self.plan.on_progress(Progress(state.step, fraction, loss, state.seconds))
 
+    def _watch(self, loss: float, fraction: float) -> float:
+        """Score the field when a mark is passed; returns the seconds it took."""
+        passed = sum(fraction >= mark for mark in WATCHED_AT)
+        watch = self.plan.watch
+        if watch is None or not self.ranks.first or passed <= self.state.watched:
+            return 0.0
+        started, state = self.clock(), self.state
+        state.watched = passed
+        scores = watch(NetworkField(self.network, None, self.data.frame, {}))
+        self.network.train()
+        state.curve.append({"step": state.step, "seconds": state.seconds, **scores})
+        if self.plan.on_progress is not None:
+            now = Progress(state.step, fraction, loss, state.seconds, scores)
+            self.plan.on_progress(now)
+        return self.clock() - started
+
     def _save(self) -> None:
         if self.plan.out is None or not self.ranks.first:
             return
@@ -214,6 +235,8 @@ class Trainer:
                 "seconds": state.seconds,
                 "guards": state.guards.as_dict(),
                 "history": state.history,
+                "curve": state.curve,
+                "watched": state.watched,
             },
         )
 
@@ -234,6 +257,8 @@ class Trainer:
             stored["seconds"],
             Guards(**stored["guards"]),
             [tuple(point) for point in stored["history"]],
+            stored.get("curve", []),
+            stored.get("watched", 0),
         )
 
     def _report(self) -> dict[str, Any]:
@@ -242,6 +267,7 @@ class Trainer:
             "steps": state.step,
             "seconds": round(state.seconds, 3),
             "history": [list(point) for point in state.history],
+            "curve": state.curve,
             **state.guards.as_dict(),
         }
 

@@ -58,6 +58,29 @@ def test_summary_has_five_lines(file, tmp_path, capsys):
     assert str(tmp_path / "n" / "field.npz") in lines[-2]
 
 
+def test_curves_and_a_map_are_in_the_run_folder(run):
+    folder, _ = run
+    with (folder / "curves.csv").open() as lines:
+        steps = [int(row["step"]) for row in csv.DictReader(lines)]
+    assert steps == sorted(set(steps))
+    assert steps[-1] <= 3
+    for name in ("curves.png", "map.png", "map.npz", "results.png"):
+        assert (folder / name).stat().st_size > 1000
+
+
+def test_event_files_are_written_for_tensorboard(file, tmp_path):
+    pytest.importorskip("tensorboard")
+    from tensorboard.backend.event_processing import event_accumulator
+
+    out = tmp_path / "t"
+    arguments = ["--model", "inras", "--steps", "3", "--quiet", "--tensorboard"]
+    assert main([str(file), *arguments, "--out", str(out)]) == 0
+    events = event_accumulator.EventAccumulator(str(out / "tensorboard"))
+    events.Reload()
+    assert "unseen emitters/C50" in events.Tags()["scalars"]
+    assert len(events.Scalars("training/loss")) == 3
+
+
 def test_full_folder_is_not_overwritten(run, file, capsys):
     folder, _ = run
     assert main([str(file), "--out", str(folder)]) == 1

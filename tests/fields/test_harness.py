@@ -1,17 +1,21 @@
+# pyright: reportAttributeAccessIssue=false
 # ruff: noqa: ARG002, ARG005
 import math
+from dataclasses import replace
 
 import pytest
 import torch
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 
 from fields.command import parse_seconds
 from fields.data import prepare
 from fields.plan import TrainingPlan
+from fields.run import train_on
 from fields.training.guards import Guards
 from fields.training.loop import Trainer
 from fields.training.losses import LossWeights, waveform_loss
 from fields.training.schedule import batch_rows, cosine, step_random
+from fields.watching import watcher
 from rir.errors import ConfigError
 
 
@@ -109,3 +113,25 @@ def test_loss_and_gradient_are_finite(scale, length):
 def test_budgets_that_are_no_time_are_refused(text):
     with pytest.raises(ConfigError, match="is not a time; write 60s, 2m or 1h"):
         parse_seconds(text)
+
+
+def test_watching_is_a_curve_and_changes_no_weight(grid):
+    plan = TrainingPlan(steps=20, batch_size=4, seed=1)
+    data = prepare(grid)
+    told = []
+    watched = replace(plan, watch=watcher(data, rows=5), on_progress=told.append)
+    sizes = {"width": 8, "depth": 1}
+    field = train_on(data, "inras", sizes, watched)
+    plain = train_on(data, "inras", sizes, plan)
+    steps = [row["step"] for row in field.report["curve"]]
+    assert steps == [2, 3, 5, 8, 11, 16]
+    assert [now.step for now in told if now.scores is not None] == steps
+    assert_array_equal(
+        field.predict(grid.emitters, grid.listeners),
+        plain.predict(grid.emitters, grid.listeners),
+    )
+
+
+def test_unknown_choices_of_a_plan_are_told():
+    with pytest.raises(ConfigError, match="precision 'half'; known: float32"):
+        TrainingPlan(precision="half")
