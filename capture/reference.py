@@ -17,6 +17,8 @@ ComplexArray = NDArray[np.complex128]
 LONGEST_GAIN_S = 0.25
 SHORTEST_GAIN = 64
 ABOVE_NOISE = 2.0
+WEAK, WEAK_QUANTILE = 0.05, 0.1
+LEAST_SHARE = 0.03
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,11 +95,20 @@ def _smooth_gain(
     )
     half = _gain_length(excitation, excitation.divide(undelayed, played))
     window = _lag_window(excitation.n, half)
-    cross = excitation.inverse(undelayed * np.conj(played)) * window
-    auto = excitation.inverse(played * np.conj(played)) * window
+    power = played.real**2 + played.imag**2
+    # Whitened: the kernel of a flat-topped window is negative in places, and there
+    # a falling spectrum's strong part would outweigh a weak one.
+    whiten = 1 / (power + _weakest(excitation, power))
+    cross = excitation.inverse(undelayed * np.conj(played) * whiten) * window
+    auto = excitation.inverse(power * whiten) * window
     bottom = excitation.transform(auto).real
-    floor = 1e-9 * bottom.max()
-    return excitation.transform(cross) / np.maximum(bottom, floor)
+    return excitation.transform(cross) / np.maximum(bottom, LEAST_SHARE)
+
+
+def _weakest(excitation: Excitation, power: Array) -> float:
+    """Return a power that little of the band falls below."""
+    first, last = np.searchsorted(excitation.frequencies, excitation.band)
+    return WEAK * float(np.quantile(power[first:last], WEAK_QUANTILE))
 
 
 def _gain_length(excitation: Excitation, ratio: ComplexArray) -> int:

@@ -50,9 +50,7 @@ def worst_event(rest: np.ndarray, whole: np.ndarray) -> tuple[int, float, float]
         return None
     pair = (rest[1:] + rest[:-1]) / 2
     base = np.median(rest)
-    padded = np.pad(rest, (AROUND, AROUND), mode="edge")
-    view = np.lib.stride_tricks.sliding_window_view(padded, 2 * AROUND)
-    near = np.median(view[: pair.size], axis=1)
+    near = _surroundings(rest)
     sound = np.maximum((whole[1:] + whole[:-1]) / 2, QUIET_SHARE * np.mean(whole))
     floor = np.maximum(np.maximum(base, near), 1e-12 * np.max(whole))
     level = 10 * np.log10(pair / np.maximum(sound, 1e-300) + 1e-30)
@@ -60,6 +58,24 @@ def worst_event(rest: np.ndarray, whole: np.ndarray) -> tuple[int, float, float]
     score = np.minimum(contrast, level + 60)
     block = int(np.argmax(score))
     return block, float(contrast[block]), float(level[block])
+
+
+def _surroundings(rest: np.ndarray) -> np.ndarray:
+    """Return the larger median of the time before and after each pair of blocks.
+
+    The rest grows where the sweep begins and falls where it ends; next to such a
+    step only one side, or what lies around, tells what is usual.
+    """
+    padded = np.pad(rest, AROUND, mode="edge")
+    view = np.lib.stride_tricks.sliding_window_view(padded, 2 * AROUND)
+    near = np.median(view, axis=1)
+    count = rest.size - 1
+    inner = near[AROUND : AROUND + rest.size - 2 * AROUND + 1]
+    near = near[:count].copy()
+    earlier, later = near[2 * AROUND :], near[: max(count - 2 * AROUND, 0)]
+    np.maximum(earlier, inner[: earlier.size], out=earlier)
+    np.maximum(later, inner[2 : 2 + later.size], out=later)
+    return near
 
 
 def _name(
