@@ -57,7 +57,8 @@ def fit_emitter_pattern(data: FieldData, order: int = 4) -> PatternFit | None:
     Returns
     -------
     PatternFit or None
-        None when fewer than three responses have a clean direct sound.
+        None when fewer than three responses have a clean direct sound, or all are
+        silent.
     """
     levels, clean = direct_levels(data)
     directions = _departures(data.emitters, data.listeners)
@@ -67,7 +68,7 @@ def fit_emitter_pattern(data: FieldData, order: int = 4) -> PatternFit | None:
         clean &= np.abs(heard) > 0.1
         levels = levels / np.where(np.abs(heard) > 0.1, heard, 1.0)
     levels, directions = levels[clean], directions[clean]
-    if len(levels) < 3:
+    if len(levels) < 3 or not levels.any():
         return None
     while order > 0 and len(levels) < 3 * harmonic_count(order):
         order -= 1

@@ -23,6 +23,7 @@ WEIGHT = 0.8
 LARGEST_NOISE_M = 0.3
 STAGE_TWO = 0.5
 TEMPERATURE = 0.1
+LEAST_MEAN = 0.05
 LOSS = LossWeights()
 
 
@@ -69,6 +70,10 @@ def pattern_exchange(
         omni[0] = (4 * torch.pi) ** 0.5
         back = query.swapped()
         return WEIGHT * waveform_loss(network(back, random, hears, omni), target, LOSS)
+    mean_gain = setting.pattern[0] / (4 * torch.pi) ** 0.5
+    if abs(float(mean_gain)) < LEAST_MEAN:
+        # No turning of such an emitter adds up to an omni source.
+        return target.new_zeros(())
     axes = random_axes(len(query), random).to(query.emitter.device)
     # Turning half about the up axis reverses forward and left.
     opposite = axes * torch.tensor([-1.0, -1.0, 1.0], device=axes.device)
@@ -76,7 +81,6 @@ def pattern_exchange(
     for turned in (axes, opposite):
         back = Query(query.listener, turned, query.emitter, query.emitter_axes)
         total = total + network(back, random, hears)
-    mean_gain = setting.pattern[0] / (4 * torch.pi) ** 0.5
     return WEIGHT * waveform_loss(total / (2 * mean_gain), target, LOSS)
 
 
