@@ -26,6 +26,7 @@ from fields.pattern import fit_emitter_pattern
 from fields.plan import TrainingPlan
 from fields.render.bank import bank_sum
 from fields.render.compositing import compositing_weights, drawn_shells, path_loss
+from fields.render.points import Points
 from fields.render.projection import causal_projection
 from fields.render.rays import Shells, even_directions, random_rotation
 from fields.render.weighting import RayWeighting, omni_weighting
@@ -72,7 +73,9 @@ class Config:
     hash_levels: int = 0
     "levels of a hash grid in place of sinusoids (paper: 20)"
     emission: str = "local"
-    "what a point knows of the emitter: pattern (offset; gain), local or absolute"
+    "what points know of the emitter: local, pattern, absolute, absolute-pattern"
+    # local: bearing in its frame; absolute: place and axes, as in the paper;
+    # pattern: offset, or absolute place, and the known gain as a factor.
     turning: bool = True
     "turn the rays at random in every step; few rays converge faster unturned"
     direct: bool = True
@@ -98,32 +101,6 @@ PRESETS = {
 }
 
 
-@dataclass(frozen=True, eq=False)
-class Points:
-    """Hold the points of a batch that the network is asked about.
-
-    Parameters
-    ----------
-    positions : Tensor
-        Shape (batch, rays, points, 3), metres.
-    shells : Tensor
-        Shell of each point, shape (batch, rays, points), int64.
-    weights : Tensor
-        Share of each point without any pattern, shape (batch, rays, points).
-    rays : Tensor
-        Unit vectors away from the listener, shape (rays, 3), room frame.
-    """
-
-    positions: Tensor
-    shells: Tensor
-    weights: Tensor
-    rays: Tensor
-
-    def __getitem__(self, rows: slice) -> "Points":
-        shells, weights = self.shells[rows], self.weights[rows]
-        return Points(self.positions[rows], shells, weights, self.rays)
-
-
 class Avr(nn.Module):
     """Render responses from opacity and signals in space."""
 
@@ -132,6 +109,8 @@ class Avr(nn.Module):
     def __init__(self, frame: SceneFrame, config: Config) -> None:
         super().__init__()
         self.config = config
+        self.absolute = config.emission.startswith("absolute")
+        self.takes_source = config.emission.endswith("pattern")
         self.batch_size = 4 if config.head == "shell" else 8
         self.n_samples = frame.n_samples
         self.samples_a_metre = frame.sample_rate / frame.speed_of_sound
@@ -148,7 +127,6 @@ class Avr(nn.Module):
         )
         shaded = config.direct and config.shaded
         self.shade = Shade(frame.low, frame.high) if shaded else None
-        self.takes_source = config.emission == "pattern"
         self.register_buffer("fitted", omni_pattern())
 
     fitted: Tensor
@@ -183,8 +161,8 @@ class Avr(nn.Module):
         else:
             cells = DENSITY_CELLS
             self.density_grid = nn.Parameter(torch.zeros(1, 1, cells, cells, cells))
-        absolute = config.emission == "absolute"
-        emitter = self.encode_emitter.width + 6 if absolute else 4
+        emitter = self.encode_emitter.width if self.absolute else 4
+        emitter += 6 if config.emission == "absolute" else 0
         # The first layer is split, so that what rays or emitters share is made once.
         self.from_point = nn.Linear(narrow, wide)
         self.from_view = nn.Linear(self.encode_view.width, wide, bias=False)
@@ -285,7 +263,7 @@ class Avr(nn.Module):
         return density, self.signal_network[0](nn.functional.relu(hidden, inplace=True))
 
     def _emission(self, query: Query, positions: Tensor) -> Tensor:
-        if self.config.emission != "absolute":
+        if not self.absolute:
             offset = positions - query.emitter[:, None, None]
             length = offset.norm(dim=-1, keepdim=True) / self.reach
             if self.config.emission == "local":
@@ -294,9 +272,10 @@ class Avr(nn.Module):
                 bearing = offset / self.reach
             return self.from_emitter(torch.cat([bearing, length], dim=-1))
         place = self.encode_emitter((query.emitter - self.center) / self.reach)
-        axes = [query.emitter_axes[..., 0], query.emitter_axes[..., 2]]
-        told = torch.cat([place, *axes], dim=-1)
-        return self.from_emitter(told)[:, None, None]
+        if not self.takes_source:
+            axes = query.emitter_axes[..., 0], query.emitter_axes[..., 2]
+            place = torch.cat([place, *axes], dim=-1)
+        return self.from_emitter(place)[:, None, None]
 
     def point_signal(self, features: Tensor) -> Tensor:
         """Return what points send, from the emission on, (..., n_samples)."""
@@ -375,7 +354,7 @@ class Avr(nn.Module):
         """Return responses through a listener pattern, (batch, n_samples).
 
         A ``source`` (coefficients, device frame) takes the place of the emitter's
-        own pattern; only ``emission="pattern"`` does so throughout.
+        own pattern; only the emissions that end in "pattern" do so throughout.
         """
         points = self.points(query, random)
         heard = weighting(query, points.rays)

@@ -63,7 +63,7 @@ def network_pattern(network: Any, query: Query, order: int = ORDER) -> torch.Ten
     is fitted by harmonics in the emitter's frame. Returns coefficients, shape
     ((order + 1)^2,), detached.
     """
-    from fields.models.avr import Points
+    from fields.render.points import Points
 
     with torch.no_grad():
         rays = even_directions(PAPER_DIRECTIONS).to(query.emitter.device)

@@ -64,7 +64,7 @@ def cardioid():
 
 
 @pytest.mark.parametrize("density", ["network", "grid"])
-@pytest.mark.parametrize("emission", ["absolute", "local"])
+@pytest.mark.parametrize("emission", ["absolute", "local", "absolute-pattern"])
 @pytest.mark.parametrize("proposals", [0, 3])
 @pytest.mark.parametrize("weighting", [omni_weighting, cardioid()])
 def test_fast_renderer_equals_the_naive_one(
@@ -207,3 +207,13 @@ def test_compiled_hash_grid_equals_the_plain_one():
     plain.square().sum().backward()
     assert_allclose(fast.detach(), plain.detach(), atol=1e-6)
     assert_allclose(slope, grid.table.grad, atol=1e-6)
+
+
+@pytest.mark.parametrize("emission", ["pattern", "absolute-pattern"])
+def test_response_is_linear_in_the_emitter_pattern(data, query, emission):
+    network = built(data, emission=emission, direct=True)
+    patterns = torch.randn(2, 25)
+    heard = [network(query, None, source=one) for one in patterns]
+    both = network(query, None, source=2 * patterns[0] - patterns[1])
+    expected = 2 * heard[0] - heard[1]
+    torch.testing.assert_close(both, expected, rtol=1e-3, atol=1e-5)
