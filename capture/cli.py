@@ -145,6 +145,12 @@ def capture_pairs(
             "--check", help="Find loopback, level, noise, distortion; then stop."
         ),
     ] = False,
+    cost: Annotated[
+        bool,
+        typer.Option(
+            "--cost", help="Simulate what sweep length, takes, band, width gain."
+        ),
+    ] = False,
     rebuild: Annotated[
         Path | None,
         _option("--rebuild", text="Only derive dataset.h5 of this session anew."),
@@ -198,6 +204,8 @@ def capture_pairs(
     )
     if dry_run:
         _dry_run(request, console)
+    elif cost:
+        _cost(request, out, console)
     elif check:
         _check(request, console, calibrator_db)
     else:
@@ -337,6 +345,27 @@ def _check(request: Any, console: "Console", calibrator_db: float | None) -> Non
     path = Path("checked.yaml")
     write_text(path, dump_yaml(lock_settings(config, found)))
     console.print(f"settings locked in {path}: measure with --config {path}")
+
+
+def _cost(request: Any, out: Path | None, console: "Console") -> None:
+    from analysis.cost import write_cost_page
+    from capture.cost import measure_session
+    from capture.cost.table import assumed_line, cost_table
+    from capture.starting import plan_session
+
+    config = plan_session(request)
+    folder = out or Path(f"cost-{config.room.name}")
+    console.print(assumed_line(config), highlight=False, soft_wrap=True)
+    curves = []
+    for knob, pair in measure_session(config).items():
+        console.print(cost_table(pair))
+        for curve in pair:
+            console.print(curve.sentence, highlight=False, soft_wrap=True)
+            name = f"{knob}-{curve.quantity}".replace(" ", "-")
+            curve.save(folder / f"{name}.json")
+        curves += pair
+    page = write_cost_page(curves, folder / "cost.html")
+    console.print(f"SIMULATED curves: {page}", highlight=False, soft_wrap=True)
 
 
 def _asker(console: "Console") -> Any:

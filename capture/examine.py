@@ -146,7 +146,7 @@ class Examiner:
     def set_golden(self, samples: FloatArray) -> None:
         """Keep the loopback of a take as the one to compare with."""
         if self.config.channels.loopback is not None:
-            grid = self._grid(samples.shape[-1])
+            grid = self.grid(samples.shape[-1])
             self._golden = refer(grid, samples[-1].copy())
 
     def respond(self, samples: FloatArray, event: Event) -> Examined:
@@ -163,13 +163,13 @@ class Examiner:
         microphones = samples[:-1] if looped else samples[:, self.n_noise :]
         return examine(
             microphones,
-            refer(self._grid(microphones.shape[-1]), samples[-1] if looped else None),
+            refer(self.grid(microphones.shape[-1]), samples[-1] if looped else None),
             self._golden,
             self._direct_delays(event) if looped else None,
             Limits(),
         )
 
-    def _grid(self, n: int) -> Excitation:
+    def grid(self, n: int) -> Excitation:
         """Return the transformed sweep for takes of n samples; all takes share it."""
         if n not in self._grids:
             self._grids[n] = Excitation(

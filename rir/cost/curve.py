@@ -14,6 +14,8 @@ __all__ = ["CostCurve"]
 
 FORMAT = "resounding-cost"
 SCHEMA = 1
+OUT_OF_REACH = 20.0
+"""Doublings of the seconds for half the error beyond which nobody would go."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +69,7 @@ class CostCurve:
         )
         factor = self._halving_factor(best)
         if factor is None:
-            return f"{said}; no setting tried is better."
+            return f"{said}; more of it does not help."
         return f"{said}; the next halving costs {factor:.2g}×."
 
     def shown(self, error: float) -> str:
@@ -83,7 +85,8 @@ class CostCurve:
             return None
         after = better[0]
         gain = math.log2(best.error / max(after.error, 1e-300))
-        return float(2 ** (math.log2(after.seconds / best.seconds) / gain))
+        dearer = math.log2(after.seconds / best.seconds) / gain
+        return 2**dearer if dearer < OUT_OF_REACH else None
 
     def save(self, path: str | Path) -> Path:
         """Write the curve as JSON."""

@@ -83,6 +83,7 @@ def measure_costs(
     rng: np.random.Generator,
     repeats: int = 5,
     seconds: Callable[[Setting, Result], float] | None = None,
+    seconds_of: str | None = None,
     count: int = 1,
     per: str = "",
     mark: str = "",
@@ -111,6 +112,8 @@ def measure_costs(
     seconds : callable, optional
         ``seconds(setting, result)``: what a person waits, where that is not the
         computing, for instance the length of a sweep [s].
+    seconds_of : str, optional
+        What they are seconds of; ``"CPU"``, or ``"measuring"`` if `seconds` is given.
     count, per : int, str
         How many things one run makes, and what one of them is called: the seconds
         told are those for one.
@@ -146,7 +149,7 @@ def measure_costs(
             for quantity, error in errors(result).items():
                 wrong[quantity][k, repeat] = error
     names = [name(setting) for setting in settings]
-    kind = "CPU" if seconds is None else "measuring"
+    kind = seconds_of or ("CPU" if seconds is None else "measuring")
     curves = []
     for quantity, unit in units.items():
         points = _points(names, spent / count, wrong[quantity])

@@ -1,0 +1,107 @@
+"""The knobs of a session and the settings to try."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from capture.config import SessionConfig, Simulation
+from capture.plan import build_plan
+
+__all__ = ["ASSUMED", "Trial", "imperfect", "trials_of"]
+
+ASSUMED = {
+    "noise_db": -40.0,
+    "converter_noise_db": -100.0,
+    "distortion_db": (-45.0, -55.0),
+}
+"""What the loudspeaker and the room lack, where the simulation says nothing."""
+SHARES = (0.125, 0.25, 0.5, 1.0, 2.0, 4.0)
+REPEATS = (1, 2, 4, 8)
+NARROWER = (2, 1, 0, -1)
+LOWEST_HZ = 10.0
+HIGHEST_SHARE = 0.47
+WORDS = {"16 bit": 16, "24 bit": 24, "float32": 32, "float64": 64}
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One setting of one knob.
+
+    Attributes
+    ----------
+    name : str
+        As a person would write it.
+    config : SessionConfig
+        The session with that setting.
+    takes : int
+        Takes that are averaged.
+    word : int
+        Bits of a sample: 16 and 24 are those of the file, 32 and 64 those of the
+        arithmetic too.
+    """
+
+    name: str
+    config: SessionConfig
+    takes: int = 1
+    word: int = 64
+
+    @property
+    def seconds(self) -> float:
+        """How long one direction is measured, moves left out."""
+        return self.takes * build_plan(self.config).take_s
+
+
+def imperfect(config: SessionConfig) -> SessionConfig:
+    """Return a session in simulation, with noise and distortion.
+
+    What its own simulation sets stays; for the rest `ASSUMED` stands in.
+    """
+    chosen = config.simulation or Simulation()
+    missing = {k: v for k, v in ASSUMED.items() if getattr(chosen, k) is None}
+    change: dict[str, Any] = {
+        "simulation": chosen.model_copy(update=missing),
+        "interface": "simulated",
+        "rig": "simulated",
+        "thermometer": None,
+        "overlap": False,
+    }
+    return config.model_copy(update=change)
+
+
+def trials_of(config: SessionConfig) -> dict[str, list[Trial]]:
+    """Return the knobs of a session, each with the settings to try.
+
+    Sweep length; takes averaged; band, at the same seconds per octave; float width.
+    """
+    return {
+        "sweep length": list(_lengths(config)),
+        "repeats": [Trial(f"{takes}", config, takes) for takes in REPEATS],
+        "band": list(_bands(config)),
+        "float width": [Trial(name, config, word=word) for name, word in WORDS.items()],
+    }
+
+
+def _lengths(config: SessionConfig) -> Iterator[Trial]:
+    for share in SHARES:
+        changed = _swept(config, share)
+        yield Trial(f"{changed.sweep.seconds:.3g} s", changed)
+
+
+def _bands(config: SessionConfig) -> Iterator[Trial]:
+    low, high = config.sweep.band_hz
+    for octaves in NARROWER:
+        bottom = max(low * 2.0**octaves, LOWEST_HZ)
+        top = min(high / 2.0**octaves, HIGHEST_SHARE * config.sample_rate)
+        if top < 4 * bottom:
+            continue
+        share = float(np.log2(top / bottom) / np.log2(high / low))
+        name = f"{bottom:.0f}–{top:.0f} Hz"
+        yield Trial(name, _swept(config, share, band_hz=(bottom, top)))
+
+
+def _swept(config: SessionConfig, share: float, **change: Any) -> SessionConfig:
+    seconds = float(np.clip(share * config.sweep.seconds, 0.1, 120.0))
+    sweep = config.sweep.model_copy(update={"seconds": seconds, **change})
+    return config.model_copy(update={"sweep": sweep})
