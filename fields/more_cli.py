@@ -34,24 +34,40 @@ def list_models() -> None:
 
 @more.command("compare")
 def compare_models(
-    config: Annotated[Path, typer.Argument(help="YAML of the comparison.")],
+    config: Annotated[
+        str,
+        typer.Argument(help="same, diff, one of their tables, or a YAML file."),
+    ],
     out: Annotated[Path, typer.Option(help="Folder of results.")] = Path(
         "runs/compare"
     ),
+    size: Annotated[
+        str, typer.Option(help="cpu, or paper: 5000 listeners, 200 epochs.")
+    ] = "cpu",
+    budget: Annotated[
+        str, typer.Option(help="CPU time a training in place of the file's.")
+    ] = "",
 ) -> None:
     """Train models x forms x seeds and write tables with mean and spread.
 
-    Run again, it goes on where it stopped.
+    same and diff are built in: three simulated rooms, equal and unequal gain
+    patterns, one table for each question. Run again, it goes on where it stopped.
     """
     from rich.console import Console
 
-    from fields.compare import CompareConfig, compare
-    from rir.config import load_yaml
+    from fields.command import parse_seconds
+    from fields.compare import compare
+    from fields.comparison import load_comparisons
 
     console = Console()
-    chosen = load_yaml(config, CompareConfig)
-    for table in compare(chosen, out, lambda line: console.print(line, soft_wrap=True)):
-        console.print(table.rich())
+    seconds = parse_seconds(budget) if budget else None
+    for folder, asked in load_comparisons(config, size):
+        chosen = asked if seconds is None else asked.with_budget(seconds)
+        for table in compare(
+            chosen, out / folder, lambda line: console.print(line, soft_wrap=True)
+        ):
+            console.print(table.rich())
+            console.print(table.rich_checks())
     console.print(f"tables and plots: {out}")
 
 

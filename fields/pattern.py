@@ -14,7 +14,7 @@ from fields.data import FieldData
 from rir import GainPattern, Poses, RoomSpec
 from rir.harmonics import evaluate_harmonics, harmonic_count
 
-__all__ = ["PatternFit", "direct_levels", "fit_emitter_pattern"]
+__all__ = ["PatternFit", "departures", "direct_levels", "fit_emitter_pattern"]
 
 HALF_WIDTH = 4
 GATE_SAMPLES = 8
@@ -61,9 +61,9 @@ def fit_emitter_pattern(data: FieldData, order: int = 4) -> PatternFit | None:
         silent.
     """
     levels, clean = direct_levels(data)
-    directions = _departures(data.emitters, data.listeners)
+    directions = departures(data.emitters, data.listeners)
     if data.frame.listener_gain is not None:
-        arriving = _departures(data.listeners, data.emitters)
+        arriving = departures(data.listeners, data.emitters)
         heard = data.frame.listener_gain.gain(arriving).mean(axis=-1)
         clean &= np.abs(heard) > 0.1
         levels = levels / np.where(np.abs(heard) > 0.1, heard, 1.0)
@@ -123,7 +123,8 @@ def _walls(
     return ends.min(axis=0) - 0.3, ends.max(axis=0) + 0.3
 
 
-def _departures(emitters: Poses, listeners: Poses) -> np.ndarray:
+def departures(emitters: Poses, listeners: Poses) -> np.ndarray:
+    """Return directions to the listeners in the emitters' frames, (rows, 3)."""
     from rir.pose import rotate
 
     offset = listeners.positions - emitters.positions

@@ -38,6 +38,8 @@ class TrainingPlan:
 
     steps: int = 2000
     "most optimiser steps"
+    epochs: float | None = None
+    "times every response is seen; in place of the steps"
     budget_s: float | None = None
     "seconds to train at most: CPU seconds of the process, or wall seconds on CUDA"
     batch_size: int | None = None

@@ -29,12 +29,15 @@ class ResultTable:
         "method", "seconds" and one value a metric; further keys are kept.
     notes : list of str
         Sentences below the table.
+    checks : dict
+        Further keys of the rows to show, with their units.
     """
 
     title: str
     mark: str
     rows: list[dict[str, Any]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    checks: dict[str, str] = field(default_factory=dict)
 
     def add(self, method: str, scores: Scores, **more: Any) -> None:
         """Append one method's scores."""
@@ -70,6 +73,20 @@ class ResultTable:
         for row in self.rows:
             cells = [_cell(row.get(name)) for name in METRIC_UNITS]
             table.add_row(row["method"], *cells, _cell(row.get("seconds"), 1))
+        return table
+
+    def rich_checks(self) -> "Table":
+        """Return the further keys of the rows that have some, for a terminal."""
+        from rich.table import Table
+
+        table = Table(title=f"{self.title}, checks [{self.mark}]")
+        table.add_column("method")
+        for name, unit in self.checks.items():
+            table.add_column(f"{name} {unit}".strip(), justify="right")
+        for row in self.rows:
+            if any(name in row for name in self.checks):
+                cells = [_cell(row.get(name)) for name in self.checks]
+                table.add_row(row["method"], *cells)
         return table
 
 

@@ -67,9 +67,24 @@ def curve_writer(folder: Path, title: str, mark: str) -> Tell:
 
 
 def plot_curves(
-    path: Path, curves: dict[str, list[dict[str, float]]], title: str
+    path: Path,
+    curves: dict[str, list[dict[str, float]]],
+    title: str,
+    lines: dict[str, Scores] | None = None,
 ) -> None:
-    """Draw each metric against the seconds of training, one line a curve."""
+    """Draw each metric against the seconds of training, one line a curve.
+
+    Parameters
+    ----------
+    path : Path
+        PNG file to write.
+    curves : dict
+        Rows with "seconds" and the metrics, by label.
+    title : str
+        Above the panels.
+    lines : dict, optional
+        Scores that took no training, drawn across, by label.
+    """
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(11, 5), layout="constrained")
@@ -79,6 +94,9 @@ def plot_curves(
         for label, rows in curves.items():
             seconds = [row["seconds"] for row in rows]
             axes.plot(seconds, [row[name] for row in rows], ".-", label=label)
+        for place, (label, row) in enumerate((lines or {}).items()):
+            style = ("--", ":")[place % 2]
+            axes.axhline(row[name], color="grey", linestyle=style, label=label)
         axes.set_title(f"{name} {unit}", fontsize="small")
         axes.set_xlabel("s of training")
     if any(curves):

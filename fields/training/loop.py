@@ -115,6 +115,7 @@ class Trainer:
         self.clock = clock or (time.perf_counter if on_cuda else time.process_time)
         self.ranks = Ranks(plan.device)
         self.state = _State()
+        self.steps = self._planned_steps()
         self.queries = Query.of(data.emitters, data.listeners, self.device)
         self.optimizer = torch.optim.AdamW(
             network.parameters(), lr=plan.learning_rate, weight_decay=plan.weight_decay
@@ -142,8 +143,14 @@ class Trainer:
         self._save()
         return self._report()
 
+    def _planned_steps(self) -> int:
+        if self.plan.epochs is None:
+            return self.plan.steps
+        size = (self.plan.batch_size or self.network.batch_size) * self.ranks.count
+        return max(round(self.plan.epochs * len(self.data) / size), 1)
+
     def _fraction(self) -> float:
-        done = self.state.step / max(self.plan.steps, 1)
+        done = self.state.step / max(self.steps, 1)
         if self.plan.budget_s is not None:
             done = max(done, self.state.seconds / max(self.plan.budget_s, 1e-9))
         return self.ranks.largest(done)

@@ -1,12 +1,16 @@
 # pyright: reportAttributeAccessIssue=false, reportOptionalMemberAccess=false
 # pyright: reportCallIssue=false
 import json
+from dataclasses import fields
 
 import pytest
 import yaml
 
+from fields import FIELDS
 from fields.cli import main
+from fields.comparison import FORMS, comparison_names, load_comparisons
 from rir.cost import CostCurve
+from rooms.builtin import SCENES
 
 
 @pytest.fixture
@@ -38,9 +42,9 @@ def test_comparison_makes_a_table_and_goes_on_where_it_stopped(config, tmp_path)
     methods = [row["method"] for row in table["rows"]]
     assert methods == [
         "inras vanilla", "inras exchange", "avr vanilla", "avr ssl",
-        "nearest", "linear", "chance",
+        "nearest", "nearest exchange", "linear", "chance",
     ]  # fmt: skip
-    assert table["rows"][0]["STFT spread"] >= 0
+    assert table["rows"][0]["spread STFT"] >= 0
     assert (out / "grid" / "seconds.png").exists()
     jobs = sorted((out / "jobs").iterdir())
     before = [job.stat().st_mtime_ns for job in jobs]
@@ -49,6 +53,51 @@ def test_comparison_makes_a_table_and_goes_on_where_it_stopped(config, tmp_path)
     after = [job.stat().st_mtime_ns for job in jobs]
     assert after[0] != before[0]
     assert after[1:] == before[1:]
+
+
+@pytest.mark.parametrize("name", ["same", "diff", *comparison_names()])
+@pytest.mark.parametrize("size", ["cpu", "paper"])
+def test_built_in_comparisons_name_what_exists(name, size):
+    found = dict(load_comparisons(name, size))
+    assert found
+    for folder, config in found.items():
+        assert folder.startswith(name.split("/")[0])
+        for one in config.models:
+            values = [] if size == "paper" else one.config
+            assert set(values) <= {f.name for f in fields(_preset(one))}
+            assert set(one.forms) <= set(FORMS)
+        for one in config.sets:
+            assert one.scene in SCENES
+            assert one.listeners == (5000 if size == "paper" else 150)
+        assert len({one.title for one in config.sets}) == len(config.sets)
+
+
+def _preset(one):
+    return FIELDS[one.model].load_module().PRESETS[one.preset]
+
+
+def test_unknown_comparison_is_told_with_those_built_in(capsys):
+    assert main(["compare", "some"]) == 1
+    error = capsys.readouterr().err
+    assert "built in: diff, same and diff/contrastive" in error
+
+
+def test_a_built_in_set_has_its_floor_and_pattern(tmp_path):
+    plain = {
+        "sets": [{"scene": "kitchen", "gains": "diff", "listeners": 24}],
+        "models": [{"model": "nearest", "forms": ["vanilla"]}],
+        "seeds": [0],
+        "cache": str(tmp_path / "sets"),
+    }
+    (tmp_path / "small.yaml").write_text(yaml.safe_dump(plain))
+    out = tmp_path / "out"
+    assert main(["compare", str(tmp_path / "small.yaml"), "--out", str(out)]) == 0
+    table = json.loads((out / "kitchen-diff" / "table.json").read_text())
+    rows = {row["method"]: row for row in table["rows"]}
+    floor = rows["truth, places off by 3 mm"]
+    assert floor["C50"] < rows["nearest vanilla"]["C50"] < rows["chance"]["C50"]
+    assert rows["nearest vanilla"]["true front-to-back"] > 8
+    assert table["mark"] == "SIMULATED"
 
 
 def test_mistakes_in_the_configuration_are_all_told(config, tmp_path, capsys):
