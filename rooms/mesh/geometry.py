@@ -274,11 +274,15 @@ class MeshGeometry:
         )
 
     @cached_property
+    def pairs(self) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Triangles joined to parallelograms where two make one; see `pair_up`."""
+        kind = self.panels.of_face * self.surfaces + self.face_surface
+        return pair_up(self.vertices, self.faces, kind, 1e-9 * self.diagonal)
+
+    @cached_property
     def hierarchy(self) -> Hierarchy:
         """Tree of boxes around the triangles."""
-        kind = self.panels.of_face * self.surfaces + self.face_surface
-        pairs = pair_up(self.vertices, self.faces, kind, 1e-9 * self.diagonal)
-        return build_hierarchy(*pairs, 2e-6 * self.diagonal)
+        return build_hierarchy(*self.pairs, 2e-6 * self.diagonal)
 
     def sees(self, point: FloatArray, others: FloatArray) -> NDArray[np.bool_]:
         """Tell which points, shape (N, 3), are in free sight of one; all local."""

@@ -1,12 +1,15 @@
 """Energy over time between places in a room, by ray tracing, exactly symmetric."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rir.errors import SceneError
 from rooms.mesh import MeshGeometry
+from rooms.rays.exchange import Flux, exchanged, transformed
+from rooms.rays.patches import find_patches
 from rooms.rays.places import Places, find_places
 
 __all__ = ["EnergyHistogram", "trace_energy"]
@@ -14,6 +17,20 @@ __all__ = ["EnergyHistogram", "trace_energy"]
 FloatArray = NDArray[np.float64]
 _WEAKEST = 1e-9
 """A ray ends when every band has lost 90 dB."""
+
+_THINNING = (0.25, 0.5)
+"""Half of the rays end at each of these shares of the duration, if nothing scatters."""
+
+_MIRRORED = 0.4
+"""Share of the rays that follow mirrors only, where surfaces scatter."""
+
+_PATCHES = 2.0
+"""Patches per root of the rays, within limits: finer where noise is lower."""
+
+_FEWEST, _MOST = 64, 8192
+
+_MEMORY = 40_000_000
+"""Most numbers kept per place: fewer patches for long responses."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,15 +73,17 @@ def trace_energy(
     time_step: float,
     speed_of_sound: float,
     skip_specular_up_to: int = 0,
-    batches: int = 8,
+    batches: int = 4,
     seed: int = 0,
 ) -> EnergyHistogram:
     """Trace energy between all pairs of emitters and listeners.
 
-    Each place sends rays to all places of the other kind; a pair gets the mean of
-    both ways. Rays depend on the seed and the place they leave, so exchanging
-    emitters and listeners gives the same histogram to the last bit, at any number
-    of rays. The air absorbs nothing here: its loss depends on time alone.
+    Each place sends rays, which depend on the seed and the place only. What mirrors
+    pass on is heard where it passes the places of the other kind, and a pair gets
+    the mean of both ways; what is scattered is exchanged on patches of the surfaces,
+    see `rooms.rays.exchange`. So exchanging emitters and listeners gives the same
+    histogram to the last bit, at any number of rays. The air absorbs nothing here:
+    its loss depends on time alone.
 
     Parameters
     ----------
@@ -84,7 +103,7 @@ def trace_energy(
         Leave out mirror paths of this many reflections or fewer: those that are
         listed one by one. -1 leaves out nothing, 0 the direct sound.
     batches : int
-        Independent groups of rays, for the error.
+        Independent groups of rays, for the error; at least 3.
     seed : int
         Key of all random numbers.
 
@@ -96,7 +115,7 @@ def trace_energy(
     References
     ----------
     M. Vorländer, Auralization, 2nd ed., 2020, chapter 11 (ray tracing, detection);
-    D. Schröder, PhD thesis, RWTH Aachen, 2011, section 5.3 (diffuse rain).
+    E. Veach, PhD thesis, Stanford University, 1997, chapter 10 (both ends);
     A. Wilkie et al., Comput. Graph. Forum 33(4), 123 (2014): one way, many bands.
 
     Examples
@@ -117,29 +136,20 @@ def trace_energy(
     if shares[0].shape != shares[1].shape:
         raise SceneError("absorption and scattering must have the same bands")
     bins = _bins(duration, time_step)
-    each = -(-rays // (2 * batches)) if batches > 0 else 0
     if rays < 1 or batches < 1:
         raise SceneError(
             f"tracing needs 1 or more rays and batches, not {rays} and {batches}"
         )
     tracer = _Tracer(
         geometry,
-        1.0 - shares[0],
-        shares[1],
+        (shares[0], shares[1]),
         1.0 / (speed_of_sound * time_step),
-        (each, batches, seed, skip_specular_up_to),
+        (rays, max(batches, 3), seed, skip_specular_up_to),
         bins,
     )
     ends = find_places(geometry, emitters), find_places(geometry, listeners)
-    there, there_spread, there_total = tracer.between(ends[0], ends[1])
-    back, back_spread, back_total = tracer.between(ends[1], ends[0])
-    return EnergyHistogram(
-        (there + back.swapaxes(0, 1)) / 2,
-        np.sqrt(there_spread + back_spread.swapaxes(0, 1)) / 2,
-        np.sqrt(there_total + back_total.swapaxes(0, 1)) / 2,
-        time_step,
-        tracer.segments,
-    )
+    energy, error, total_error = tracer.between(*ends)
+    return EnergyHistogram(energy, error, total_error, time_step, tracer.segments)
 
 
 def _shares(geometry: MeshGeometry, name: str, values: ArrayLike) -> FloatArray:
@@ -176,87 +186,151 @@ def spread_ways(count: int, rng: np.random.Generator) -> FloatArray:
 
 
 class _Tracer:
-    """Traces from places to places, batch by batch."""
+    """Traces between places, batch by batch."""
 
     def __init__(
         self,
         geometry: MeshGeometry,
-        kept: FloatArray,
-        scattered: FloatArray,
+        shares: tuple[FloatArray, FloatArray],
         per_bin: float,
         rays: tuple[int, int, int, int],
         bins: int,
     ) -> None:
-        tables, panels = geometry.tables, geometry.panels
-        self.scene = (
-            geometry.hierarchy.arrays,
-            panels.of_face,
-            tables.blockers,
-            tables.rims,
-            tables.planes,
-        )
+        absorption, scattering = shares
         self.geometry, self.bins, self.per_bin = geometry, bins, per_bin
-        self.bands = kept.shape[1]
+        self.bands = absorption.shape[1]
         # equal bands travel as one
-        same = np.all(kept == kept[:, :1]) and np.all(scattered == scattered[:, :1])
+        same = not np.any(np.ptp(absorption, axis=1) + np.ptp(scattering, axis=1))
         lanes = slice(0, 1) if same else slice(None)
-        self.kept = np.ascontiguousarray(kept[:, lanes])
-        self.scattered = np.ascontiguousarray(scattered[:, lanes])
-        self.each, self.batches, self.seed, self.skip = rays
+        self.kept = np.ascontiguousarray(1.0 - absorption[:, lanes])
+        self.scattering = np.ascontiguousarray(scattering[:, lanes])
+        count, self.batches, self.seed, self.skip = rays
+        self.scatters = bool(np.any(self.kept * self.scattering))
+        share = _MIRRORED if self.scatters else 1.0
+        each = count / (2 * self.batches)
+        self.each = [max(1, round(part * each)) for part in (share, 1.0 - share)]
+        rng = np.random.default_rng(self.seed)
+        self.ways = [spread_ways(self.batches * part, rng) for part in self.each]
+        self.reach = bins / per_bin
         self.segments = 0
+        self.patches = find_patches(geometry, 1)
+        if self.scatters:
+            bearable = _MEMORY / (4 * self.batches * bins * self.kept.shape[1])
+            most = min(_MOST, max(_FEWEST, bearable))
+            wanted = float(np.clip(_PATCHES * np.sqrt(count), _FEWEST, most))
+            self.patches = find_patches(geometry, int(wanted))
+            surface = self.patches.surface
+            share = (self.kept * self.scattering)[surface]
+            self.share = share / (np.pi * self.patches.area[:, None])
+            self.active = np.nonzero(self.share.any(axis=1))[0]
 
     def between(
         self, here: Places, there: Places
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return mean, squared error and that of the sum, first axis `here`."""
-        shape = (len(here), len(there), self.bands, self.bins)
-        mean, spread = np.zeros(shape), np.zeros(shape)
-        total = np.zeros(shape[:3])
-        for index, origin in enumerate(here.points):
-            results = self._leave(origin, there)
-            for target, result in zip((mean, spread, total), results, strict=True):
-                target[index] = result
-        return mean, spread, total
+        """Return energy, its error and that of its sum, first axis `here`."""
+        shape = (len(here), len(there), self.bins, self.kept.shape[1])
+        energy, square = np.zeros(shape), np.zeros(shape)
+        total = np.zeros((*shape[:2], shape[3]))
+        sent = [self._leave(place, there) for place in here.points]
+        for row, (heard, _) in enumerate(sent):
+            for target, part in zip((energy, square, total), heard, strict=True):
+                target[row] += part
+        for column, place in enumerate(there.points):
+            heard, flux = self._leave(place, here)
+            for target, part in zip((energy, square, total), heard, strict=True):
+                target[:, column] += part
+            for row, (_, other) in enumerate(sent):
+                if other is None or flux is None:
+                    continue
+                met = self._meet(other, flux)
+                for target, part in zip((energy, square, total), met, strict=True):
+                    target[row, column] += part
+        return self._shaped(energy, square, total)
+
+    def _shaped(
+        self, energy: FloatArray, square: FloatArray, total: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        whole = (*total.shape[:2], self.bands)
+        long = (*energy.shape[:3], self.bands)
+        energy, square = (
+            np.swapaxes(np.broadcast_to(part, long), 2, 3).copy()
+            for part in (energy, square)
+        )
+        return energy, np.sqrt(square), np.sqrt(np.broadcast_to(total, whole))
 
     def _leave(
         self, origin: FloatArray, there: Places
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+    ) -> tuple[tuple[FloatArray, FloatArray, FloatArray], Flux | None]:
+        """Return half of what is heard by mirrors with its variances, and the flux."""
+        grids, mirrored, scattered = [], [], []
+        for batch in range(self.batches):
+            grid = np.zeros((len(there), self.bins, self.kept.shape[1]))
+            flux = self._trace(origin, there, batch, grid, scatter=False)
+            grids.append(grid)
+            if flux is not None:
+                mirrored.append(flux)
+                none = np.zeros((0, *grid.shape[1:]))
+                scattered.append(self._trace(origin, there, batch, none, scatter=True))
+        # the mean of both ways
+        heard = _spread(np.array(grids) / 2, 1.0)
+        return heard, Flux(mirrored, scattered) if self.scatters else None
+
+    def _trace(
+        self,
+        origin: FloatArray,
+        there: Places,
+        batch: int,
+        grid: FloatArray,
+        *,
+        scatter: bool,
+    ) -> Any:
         from rooms.rays.tracing import trace
 
-        bands, n = self.kept.shape[1], self.batches
-        grid = np.zeros((len(there), self.bins, bands))
-        mean, square = np.zeros_like(grid), np.zeros_like(grid)
-        sums = np.zeros((n, len(there), bands))
-        for batch in range(n):
-            rng = np.random.default_rng((self.seed, batch))
-            grid[:] = 0.0
-            self.segments += trace(
-                *self.scene,
-                self.geometry.face_surface,
-                self.kept,
-                self.scattered,
-                origin,
-                spread_ways(self.each, rng),
-                there.balls,
-                self.per_bin,
-                self.skip,
-                1e-12 * self.geometry.diagonal,
-                (1e-2 * self.geometry.diagonal) ** 2,
-                _WEAKEST,
-                rng.integers(2**64, dtype=np.uint64),
-                grid,
-            )
-            # rays share the energy of 1/d²: 4 pi over all directions
-            grid *= 4 * np.pi / self.each
-            mean += grid / n
-            square += grid * grid / n
-            sums[batch] = grid.sum(axis=1)
-        freedom = max(n - 1, 1)
-        spread = np.maximum(square - mean * mean, 0.0) / freedom
-        total = sums.var(axis=0) / freedom
-        return tuple(
-            np.broadcast_to(part, (*part.shape[:-1], self.bands)).swapaxes(1, -1)
-            if part.ndim == 3
-            else np.broadcast_to(part, (len(there), self.bands))
-            for part in (mean, spread, total)
-        )  # pyright: ignore[reportReturnType]
+        geometry, each = self.geometry, self.each[int(scatter)]
+        key = np.random.default_rng((self.seed, batch, int(scatter)))
+        count = len(self.patches) if self.scatters else 0
+        flux = np.zeros((count, self.bins, self.kept.shape[1]), dtype=np.float32)
+        self.segments += trace(
+            geometry.hierarchy.arrays,
+            geometry.panels.of_face,
+            geometry.tables.planes,
+            geometry.face_surface,
+            self.kept,
+            self.scattering,
+            origin,
+            self.ways[int(scatter)][batch :: self.batches],
+            scatter,
+            there.balls,
+            self.patches.arrays,
+            self.per_bin,
+            self.skip,
+            1e-12 * geometry.diagonal,
+            np.array(() if self.scatters else _THINNING) * self.reach,
+            _WEAKEST,
+            key.integers(2**64, dtype=np.uint64),
+            grid,
+            flux,
+        )
+        # rays share the energy of 1/d²: 4 pi over all directions
+        grid *= 4 * np.pi / each
+        if not self.scatters:
+            return None
+        return transformed(flux[self.active]) * (4 * np.pi / each)
+
+    def _meet(
+        self, here: Flux, there: Flux
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        rows = exchanged(here, there, self.share[self.active], self.bins)
+        # rows share all batches but their own
+        own = (self.batches - 1) / (self.batches - 2)
+        return _spread(rows, 4 * own**2)
+
+
+def _spread(
+    rows: FloatArray, scale: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return mean, its variance, and that of its sum over time (last axis but one)."""
+    mean = rows.mean(axis=0)
+    freedom = (len(rows) - 1) / scale
+    total = rows.sum(axis=-2).var(axis=0) / freedom
+    return np.maximum(mean, 0.0), rows.var(axis=0) / freedom, total

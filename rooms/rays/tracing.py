@@ -1,20 +1,30 @@
-"""Compiled ray tracing of energy from one place to others.
+"""Compiled ray tracing of energy from one place.
 
 A ray carries one energy per band. At a hit it loses what is absorbed; then it goes
 on either mirrored or in a Lambert direction, never in a mixture of the two, which
 keeps the surface as likely one way as the other. All bands share the way of a ray;
 `odds` keeps how likely each band would have gone it, against the mean of all bands.
+
+Rays that follow mirrors only leave nothing to chance: they hand on the share that
+is mirrored. The others are scattered by chance, the first time sooner than surfaces
+would, at odds that make up for it.
 """
 
 import numpy as np
 from numba import njit
 
-from rooms.mesh.backtrace import LIST, blocked_by
 from rooms.mesh.hits import DEPTH, FEW, first_hit, is_free
 
 _STEP = np.uint64(0x9E3779B97F4A7C15)
 _MIX_ONE = np.uint64(0xBF58476D1CE4E5B9)
 _MIX_TWO = np.uint64(0x94D049BB133111EB)
+_EAGER, _EAGER_ORDER = 0.25, 3
+"""Chance of the first scattering, if surfaces scatter less, up to this order: longer,
+and the few rays that mirrors send on would weigh too much."""
+
+_EVEN = 0.7548776662466927
+"""Multiples of it fill 0…1 evenly, whatever those of the golden ratio do."""
+
 _S30, _S27, _S31, _S11 = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(11)
 
 
@@ -35,51 +45,60 @@ def draw(state):
 def trace(
     tree,
     of_face,
-    blockers,
-    rims,
     planes,
     surface,
     kept,
     scattered,
     origin,
     ways,
+    scatter,
     balls,
+    patches,
     per_bin,
     skip,
     lift,
-    nearest,
+    thinning,
     weakest,
     key,
     grid,
+    flux,
 ):
-    """Follow rays from a place; add to `grid` (places, bins, bands); count segments.
+    """Follow rays from a place and return the number of their segments.
 
     `surface` (F,) names the row of `kept` and `scattered` (surfaces, bands) of each
-    triangle. Mirror paths of at most `skip` reflections are not counted. Each ray
-    has random numbers of its own, drawn from `key` and its index.
+    triangle. Rays follow mirrors only; what they pass on their way, beyond `skip`
+    reflections, is added to `grid` (places, bins, bands), and what meets a surface to
+    `flux` (patches, bins, bands). With `scatter` they go either way by chance, and
+    only what was scattered before counts, in `flux`. Half of the rays end at each of
+    the distances `thinning`, and the rest carries on twice the energy. Each ray has
+    random numbers of its own, drawn from `key` and its index.
 
     The loop is one piece: handing arrays to functions costs more than the work.
     """
     nodes, children, packs, faces = tree
     x, y, z, radius, volume, whole = balls
+    first, parts, doubled, corner, across = patches
     places, bins, bands = grid.shape
+    meets = len(flux) > 0
     stack, depth = np.empty(DEPTH, dtype=np.int64), np.empty(DEPTH)
     near, far = np.empty(16, dtype=np.float32), np.empty(8 * FEW)
     chord_square = np.empty(places)
     energy, odds, carried = np.empty(bands), np.empty(bands), np.empty(bands)
     here, there = np.empty(3), np.empty(3)
-    few = len(blockers) <= LIST
     even = True
     for row in range(len(scattered)):
         for band in range(bands):
             even &= scattered[row, band] == scattered[row, 0]
+    handed = kept if scatter else kept * (1.0 - scattered)
     reach = bins / per_bin
     segments = 0
+    state, first_pick = draw(key)
     for r in range(len(ways)):
         state = key + np.uint64(r) * _MIX_ONE
         ox, oy, oz = origin[0], origin[1], origin[2]
         wx, wy, wz = ways[r, 0], ways[r, 1], ways[r, 2]
-        gone, order, mirrored, fresh = 0.0, 0, True, False
+        gone, order, mirrored, thinned = 0.0, 0, True, 0
+        pick = (first_pick + r * _EVEN) % 1.0
         for band in range(bands):
             energy[band], odds[band], carried[band] = 1.0, 1.0, 1.0
         while True:
@@ -101,8 +120,7 @@ def trace(
                 far,
             )
             segments += 1
-            # what a surface scatters has reached the places as rain already
-            if not fresh and not (mirrored and order <= skip):
+            if not scatter and order > skip:
                 for i in range(places):
                     mx, my, mz = x[i] - ox, y[i] - oy, z[i] - oz
                     along = mx * wx + my * wy + mz * wz
@@ -113,10 +131,10 @@ def trace(
                         continue
                     half = np.sqrt(chord_square[i])
                     along = (x[i] - ox) * wx + (y[i] - oy) * wy + (z[i] - oz) * wz
-                    first, last = max(along - half, 0.0), min(along + half, length)
-                    middle = (first + last) / 2
+                    start, end = max(along - half, 0.0), min(along + half, length)
+                    middle = (start + end) / 2
                     at = int((gone + middle) * per_bin)
-                    if last <= first or at >= bins:
+                    if end <= start or at >= bins:
                         continue
                     if not whole[i]:
                         here[0], here[1], here[2] = x[i], y[i], z[i]
@@ -139,7 +157,7 @@ def trace(
                             far,
                         ):
                             continue
-                    share = (last - first) / volume[i]
+                    share = (end - start) / volume[i]
                     for band in range(bands):
                         grid[i, at, band] += share * carried[band]
             if face < 0:
@@ -147,33 +165,75 @@ def trace(
             gone += length
             nx, ny, nz = planes[face, 0], planes[face, 1], planes[face, 2]
             inward = nx * wx + ny * wy + nz * wz
+            px, py, pz = ox + length * wx, oy + length * wy, oz + length * wz
+            if meets and not (scatter and mirrored):
+                patch = first[face, 1 if inward > 0.0 else 0]
+                wide, deep = parts[face, 0], parts[face, 1]
+                if wide * deep > 1:
+                    qx, qy = px - corner[face, 0], py - corner[face, 1]
+                    qz = pz - corner[face, 2]
+                    u = qx * across[face, 0, 0] + qy * across[face, 0, 1]
+                    u += qz * across[face, 0, 2]
+                    v = qx * across[face, 1, 0] + qy * across[face, 1, 1]
+                    v += qz * across[face, 1, 2]
+                    i = min(max(int(u), 0), wide - 1)
+                    if doubled[face]:
+                        patch += i * deep + min(max(int(v), 0), deep - 1)
+                    else:
+                        j = min(max(int(v), 0), deep - 1 - i)
+                        upper = u - i + v - j > 1.0 and i + j < deep - 1
+                        patch += i * (2 * deep - i) + 2 * j + int(upper)
+                at = int(gone * per_bin)
+                if at < bins:
+                    for band in range(bands):
+                        flux[patch, at, band] += carried[band]
             if inward > 0.0:
                 nx, ny, nz, inward = -nx, -ny, -nz, -inward
-            ox = ox + length * wx + lift * nx
-            oy = oy + length * wy + lift * ny
-            oz = oz + length * wz + lift * nz
+            ox, oy, oz = px + lift * nx, py + lift * ny, pz + lift * nz
             row = surface[face]
             for band in range(bands):
-                energy[band] *= kept[row, band]
+                energy[band] *= handed[row, band]
             order += 1
+            if thinned < len(thinning) and gone > thinning[thinned]:
+                if (r >> thinned) & 1:
+                    break
+                thinned += 1
+                for band in range(bands):
+                    energy[band] *= 2.0
             if order % 8 == 0:
                 strongest = 0.0
                 for band in range(bands):
                     strongest = max(strongest, energy[band] * odds[band])
                 if strongest < weakest:
                     break
+            if not scatter:
+                for band in range(bands):
+                    carried[band] = energy[band]
+                wx -= 2.0 * inward * nx
+                wy -= 2.0 * inward * ny
+                wz -= 2.0 * inward * nz
+                continue
             likely = scattered[row, 0]
             if not even:
-                likely = 0.0
+                likely, weight = 0.0, 0.0
                 for band in range(bands):
                     likely += scattered[row, band] * odds[band]
-                likely /= bands
-            state, u = draw(state)
-            fresh = u < likely
-            if not even:
+                    weight += odds[band]
+                likely /= weight
+            chance = likely
+            if mirrored and order <= _EAGER_ORDER and 0.0 < likely < _EAGER:
+                chance = _EAGER
+            if mirrored:
+                # one number decides on the order of the first scattering: evenly
+                fresh = pick < chance
+                pick = pick if fresh else (pick - chance) / (1.0 - chance)
+            else:
+                state, u = draw(state)
+                fresh = u < chance
+            if not even or chance != likely:
                 for band in range(bands):
                     share = scattered[row, band]
-                    share = share / likely if fresh else (1.0 - share) / (1.0 - likely)
+                    share = share / chance if fresh else (1.0 - share) / (1.0 - chance)
                     odds[band] *= share
             for band in range(bands):
                 carried[band] = energy[band] * odds[band]
@@ -183,55 +243,6 @@ def trace(
                 wz -= 2.0 * inward * nz
                 continue
             mirrored = False
-            panel = of_face[face]
-            for i in range(places):
-                vx, vy, vz = x[i] - ox, y[i] - oy, z[i] - oz
-                height = vx * nx + vy * ny + vz * nz
-                square = vx * vx + vy * vy + vz * vz
-                away = np.sqrt(square)
-                at = int((gone + away) * per_bin)
-                if height <= 0.0 or at >= bins:
-                    continue
-                if few:
-                    if blocked_by(
-                        ox,
-                        oy,
-                        oz,
-                        x[i],
-                        y[i],
-                        z[i],
-                        panel,
-                        -1,
-                        blockers,
-                        of_face,
-                        rims,
-                        planes,
-                        lift,
-                    ):
-                        continue
-                else:
-                    here[0], here[1], here[2] = ox, oy, oz
-                    there[0], there[1], there[2] = x[i], y[i], z[i]
-                    if not is_free(
-                        nodes,
-                        children,
-                        packs,
-                        faces,
-                        of_face,
-                        here,
-                        there,
-                        panel,
-                        -1,
-                        lift,
-                        stack,
-                        near,
-                        far,
-                    ):
-                        continue
-                # Lambert: energy cos / (pi r²) per area
-                share = height / away / (np.pi * max(square, nearest))
-                for band in range(bands):
-                    grid[i, at, band] += share * carried[band]
             state, u = draw(state)
             state, v = draw(state)
             # a point on the unit sphere around the normal's tip: Lambert's law
