@@ -7,7 +7,7 @@ factors they are the modal sum), so only rooms of other shapes call for a grid.
 import numpy as np
 from numpy.typing import NDArray
 
-from rooms.effects.effect import Effect, Tolerance, Verdict
+from rooms.effects.effect import Effect, Tolerance, Verdict, judged
 from rooms.geometry import Shoebox
 from rooms.scene import Scene
 from rooms.sound import Budget, Sound
@@ -17,6 +17,18 @@ __all__ = ["MODES", "crossover_of"]
 FloatArray = NDArray[np.float64]
 _HIGHEST, _LOWEST = 350.0, 60.0
 _CELLS = 400_000
+
+_PER_DB = {
+    "level_db": 1.0,
+    "clarity_db": 2.0,
+    "reverberation_percent": 12.0,
+    "early_decay_percent": 30.0,
+}
+"""What the lowest octave strays per dB of level (benchmarks/planner_honesty)."""
+
+_RUMBLE = 12.0
+"""Below this [Hz] the grid is faded out: the impulse moves air for good, and the
+pressure of a closed room would climb, which no loudspeaker makes it do."""
 
 
 def schroeder_frequency(scene: Scene) -> float:
@@ -52,9 +64,11 @@ def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Verdict:
         return Verdict(False, why)
     # levels stray by about 5.6 dB where modes do not overlap
     stray = 5.6 * min(1.0, (frequency - edge) / edge)
-    on = stray > tolerance.level_db and crossover_of(scene, budget) > _LOWEST
+    errors = {kind: factor * float(stray) for kind, factor in _PER_DB.items()}
     why = f"single modes stand out up to {frequency:.0f} Hz"
-    return Verdict(on, why, {"level_db": stray}, 0.05)
+    if crossover_of(scene, budget) <= _LOWEST:
+        return Verdict(False, f"{why}, out of reach of a grid", errors)
+    return judged(tolerance, errors, why, 0.05)
 
 
 def apply(scene: Scene, sound: Sound) -> None:
@@ -73,12 +87,16 @@ def _joined(
     scene: Scene, sound: Sound, responses: FloatArray, crossover: float
 ) -> FloatArray:
     """Cross over from the grid to the responses, half an octave wide."""
+    from scipy.signal import butter, sosfilt
+
     from rooms.wave_grid import WaveGrid
 
     budget = sound.budget
     grid = WaveGrid(scene, 1.5 * crossover)
     duration = budget.duration
     low = grid.responses(sound.emitter.position, sound.listeners.positions, duration)
+    rise = butter(2, _RUMBLE, "highpass", fs=grid.sample_rate, output="sos")
+    low = np.asarray(sosfilt(rise, low, axis=-1))
     length = 2 * budget.n_samples
     f = np.fft.rfftfreq(length, 1 / budget.sample_rate)
     octaves = np.log2(np.maximum(f, 1e-6) / crossover)
