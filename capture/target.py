@@ -5,6 +5,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from capture.least_squares import least_squares
 from rir.errors import SignalError
 
 __all__ = ["band_target", "occupied_band", "usable_band"]
@@ -19,6 +20,7 @@ SPLINE_ORDER = 6
 RING_PERIODS = 6.0
 LONGEST_PRE_PERIODS = 4.0
 BAND_WEIGHT, SLOPE_WEIGHT = 1e5, 0.05
+SMALLEST_SHARE = 1e-12
 STOP_PERIODS, STOP_EXPONENTS = (0.3, 1.0), (0.5, 3.0)
 
 
@@ -175,5 +177,5 @@ def _low_pass(low: float, floor: float, pre: float) -> tuple[Array, Array]:
     wanted = weight * np.cos(np.pi / 2 * rise) ** 2
     matrix = np.concatenate((np.real(waves), np.imag(waves)))
     right = np.concatenate((wanted, np.zeros_like(wanted)))
-    weights = np.linalg.lstsq(matrix, right, rcond=1e-13)[0]
+    weights = least_squares(matrix, right, SMALLEST_SHARE)
     return np.asarray(times, dtype=np.float64), np.asarray(weights, dtype=np.float64)
