@@ -104,7 +104,7 @@ def locate_response(samples: FloatArray, rate: float, energy: FloatArray) -> Loc
     if not fit.decays:
         answer.refuse(words.UNDER_NOISE, words.NO_DECAY)
         return Located(nothing, 0, np.nan, answers)
-    offset, peak = scale
+    samples, offset, peak = scale
     kept = (samples[onset:stop] - offset) / peak
     direct = direct_end(energy, onset, stop, sample_at(DIRECT_REACH, rate)) - onset
     slow = fit.theta[2] if fit.theta[4] == -np.inf else fit.theta[4]

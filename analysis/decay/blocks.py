@@ -58,15 +58,18 @@ def empty_blocks(means, count):
 
 
 @njit(cache=True)
-def zoom(energy, start, stop, count, least, means):
+def zoom(energy, start, stop, count, least, means, wide):
     """Shrink the window to 2.2 times the knee; return (width, knee, noise, empty).
 
-    Blocks never get narrower than `least` samples.
+    Blocks never get narrower than `least` samples. `wide` keeps the means of the
+    whole response.
     """
     end = stop
     width, knee, noise = 0, 0, 0.0
-    for _ in range(8):
+    for turn in range(8):
         width = block_means(energy, start, end, count, means)
+        if turn == 0:
+            wide[:] = means
         noise = steady_level(means, count)
         knee = find_knee(means, count, noise)
         wanted = int((2.2 * (knee + 1) + 4) * width)

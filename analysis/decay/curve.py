@@ -12,6 +12,7 @@ __all__ = [
     "envelope_energy",
     "fit_lines",
     "soften",
+    "step_at",
 ]
 
 
@@ -63,6 +64,15 @@ def energy_after(energy, start, sample, noise, curve, width):
     for n in range(first, sample):
         gone += energy[n] - noise
     return curve[step] - gone
+
+
+@njit(cache=True)
+def step_at(curve, steps, left):
+    """Return the first step with no more than some energy left."""
+    for step in range(steps + 1):
+        if curve[step] <= left:
+            return step
+    return steps
 
 
 @njit(cache=True)

@@ -19,9 +19,10 @@ from analysis.decay.answer import (
     XI20,
     Answer,
 )
-from analysis.decay.curve import close_curve, energy_after, fit_lines
+from analysis.decay.curve import close_curve, energy_after, fit_lines, step_at
 from analysis.decay.model import NOTHING, tail_after
 from analysis.decay.noise import NoiseFit
+from analysis.decay.trust import Swings, is_doubtful, level_error
 
 __all__ = ["DecayCurve", "read_ratio", "read_times"]
 
@@ -36,6 +37,10 @@ MARGIN = 3.0
 """How far below a line's end the crossing must lie on the curve [dB]."""
 SHORTEST_EARLY = 0.015
 """An EDT below this, of a longer decay, only measures the direct sound [s]."""
+SAFE_RANGE = 55.0
+"""With more range than this, swings of the noise do not reach the lines [dB]."""
+MOST_DOUBT = 0.02
+"""Standard deviation by the noise's swings above which a time is refused [1]."""
 LOW_RANGE = 45.0
 """Less range than this is flagged: T30 and 10 dB (ISO 3382-1, 5.3.2) [dB]."""
 LEAST_RANGE = 10.0
@@ -47,7 +52,9 @@ class DecayCurve:
     """Energy left after each moment, freed from noise, closed behind the crossing."""
 
     energy: FloatArray
+    onset: int
     start: int
+    stop: int
     end: int
     noise: float
     tail: float
@@ -66,13 +73,28 @@ class DecayCurve:
         stop: int,
         fit: NoiseFit,
         points: int = POINTS,
+        theta: FloatArray | None = None,
     ) -> "DecayCurve":
         """Return the curve from `start`, by a fit whose time 0 is `onset`."""
+        theta = fit.theta if theta is None else theta
         values = np.empty(2 * points + 2)
         end, noise, tail, steps, width, first = close_curve(
-            energy, onset, start, stop, fit.theta, fit.width, points, values
+            energy, onset, start, stop, theta, fit.width, points, values
         )
-        return cls(energy, start, end, noise, tail, values, steps, width, first, fit)
+        return cls(
+            energy,
+            onset,
+            start,
+            stop,
+            end,
+            noise,
+            tail,
+            values,
+            steps,
+            width,
+            first,
+            fit,
+        )
 
     @property
     def total(self) -> float:
@@ -126,12 +148,16 @@ def read_times(
     lines = np.empty((3, 5))
     begin, later = (math.ceil(count / curve.width) for count in skipped)
     fit_lines(curve.values, begin, later, curve.steps, curve.width, LIMITS, lines)
+    doubts = Doubts(curve, begin, later) if floor > -SAFE_RANGE else None
     for place, (upper, lower) in enumerate(FITS):
+        line = lines[place]
         if floor > -lower - MARGIN:
             answer.reasons[place] = words.RANGE_SHORT
             continue
-        line = lines[place]
         answer.reasons[place] = _judge(place, line, lower - upper)
+        if doubts and not answer.reasons[place] and doubts.spoil(place, line):
+            answer.reasons[place] = words.NOISE_SWINGS
+            answer.flag(words.UNSTEADY_NOISE)
         if not answer.reasons[place]:
             answer.values[place] = -60.0 / line[0] / rate
             if place != EDT:
@@ -141,6 +167,53 @@ def read_times(
         answer.values[EDT] = np.nan
         answer.reasons[EDT] = words.NO_POINTS
     _read_curvature(answer)
+
+
+class Doubts:
+    """How far swings of the noise may bend the lines of a curve."""
+
+    def __init__(self, curve: DecayCurve, begin: int, later: int) -> None:
+        self.curve, self.begin, self.later = curve, begin, later
+        self.swings = Swings.of(curve.fit, curve.end - curve.onset)
+        self.rival = self._rival() if is_doubtful(curve.fit, self.swings) else None
+
+    def spoil(self, place: int, line: FloatArray) -> bool:
+        """Return whether a line's slope is doubtful by more than may be."""
+        curve, (upper, lower) = self.curve, FITS[place]
+        left = curve.total * 10.0 ** (-0.1 * lower)
+        step = step_at(curve.values, curve.steps, left)
+        stretch = max(curve.end - curve.start - step * curve.width, 0)
+        error = level_error(left, stretch, curve.noise, curve.tail, self.swings)
+        if error > MOST_DOUBT * (lower - upper):
+            return True
+        if self.rival is None:
+            return False
+        other = self.rival[place, 0]
+        return not abs(other / line[0] - 1.0) < MOST_DOUBT
+
+    def _rival(self) -> FloatArray:
+        """Return the lines if the second slope were noise."""
+        curve = self.curve
+        other = DecayCurve.of(
+            curve.energy,
+            curve.onset,
+            curve.start,
+            curve.stop,
+            curve.fit,
+            theta=curve.fit.without_second(),
+        )
+        lines = np.zeros((3, 5))
+        if other.total > 0.0:
+            fit_lines(
+                other.values,
+                self.begin,
+                self.later,
+                other.steps,
+                other.width,
+                LIMITS,
+                lines,
+            )
+        return lines
 
 
 def _judge(place: int, line: FloatArray, span: float) -> int:

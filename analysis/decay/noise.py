@@ -19,6 +19,8 @@ MOST_EVENTS = 6
 """More outlying blocks than this are a pattern (flutter), not events."""
 CLEAR_GAIN = 10.0
 """Gain in deviance, in units of its scatter, that a second slope must bring."""
+MOST_BEYOND = 3.0
+"""Blocks behind the window so many times over a decay without noise show noise."""
 LEAST_BLOCKS = 8
 """Fewer blocks than this cannot be fitted."""
 FEW_BLOCKS = 14
@@ -47,13 +49,17 @@ class NoiseFit:
     noise: float = 0.0
     knee: int = 0
     decays: bool = False
+    wide_width: int = 1
+    wide_count: int = 0
     means: FloatArray = field(init=False)
+    wide: FloatArray = field(init=False)
     ratio: FloatArray = field(init=False)
     used: NDArray[np.bool_] = field(init=False)
     theta: FloatArray = field(init=False)
 
     def __post_init__(self) -> None:
-        self.means, self.ratio = np.zeros((2, max(self.count, LEAST_BLOCKS)))
+        rows = np.zeros((3, max(self.count, LEAST_BLOCKS)))
+        self.means, self.wide, self.ratio = rows
         self.used = np.ones(max(self.count, LEAST_BLOCKS), dtype=np.bool_)
         self.theta = np.full(PARAMETERS, NOTHING)
 
@@ -72,11 +78,28 @@ class NoiseFit:
         """Mean square of the noise."""
         return math.exp(self.theta[0]) if self.decays else self.noise
 
-    def run(self, energy: FloatArray, start: int, stop: int) -> bool:
-        """Fit; return False if the blocks are too narrow for what is in them."""
+    def without_second(self) -> FloatArray:
+        """Return the fit if what falls slower than the first decay were noise."""
+        theta = self.theta.copy()
+        slow = math.exp(theta[3] - math.exp(theta[4]) * 0.5 * self.count)
+        theta[0] = math.log(math.exp(theta[0]) + slow)
+        theta[3:] = NOTHING
+        self._improve(theta, WITH_NOISE)
+        return theta
+
+    def run(
+        self, energy: FloatArray, start: int, stop: int, *, whole: bool = False
+    ) -> bool:
+        """Fit; return False if the blocks are too narrow for what is in them.
+
+        The blocks zoom in on the decay, or cover the whole response.
+        """
+        least = float(stop) if whole else self.narrowest
         self.width, self.knee, self.noise, empty = blocks.zoom(
-            energy, start, stop, self.count, self.narrowest, self.means
+            energy, start, stop, self.count, least, self.means, self.wide
         )
+        self.wide_width = max((stop - start) // self.count, 1)
+        self.wide_count = self.count
         if self.count > LEAST_BLOCKS and empty > 1:
             return False
         self._trim_end()
@@ -129,6 +152,22 @@ class NoiseFit:
             self.ratio,
         )
 
+    def holds_on(self) -> bool:
+        """Return whether a decay that goes on behind the window is heard there."""
+        if not self.decays or self.wide_width == self.width:
+            return True
+        end = level_at(self.theta, float(self.count))
+        return end <= self.noise_level or self._reaches_on(self.theta)
+
+    def _reaches_on(self, theta: FloatArray) -> bool:
+        """Return whether decays without noise hold behind the window as well."""
+        first = math.ceil(self.count * self.width / self.wide_width)
+        beyond = self.wide[first : self.wide_count]
+        if len(beyond) < 3:
+            return True
+        middle = 0.5 * (first + self.wide_count) * self.wide_width / self.width
+        return float(np.median(beyond)) < MOST_BEYOND * level_at(theta, middle)
+
     def _drop_noise(self, best: float) -> tuple[NDArray[np.int64], float]:
         """Leave the noise out where the blocks do not ask for it."""
         if level_at(self.theta, float(self.count)) < 0.2 * math.exp(self.theta[0]):
@@ -136,7 +175,8 @@ class NoiseFit:
         trial = self.theta.copy()
         trial[0] = NOTHING
         value = self._improve(trial, WITHOUT_NOISE)
-        if value > best + 8.0 / (self.width * self.density):
+        worse = value > best + 8.0 / (self.width * self.density)
+        if worse or not self._reaches_on(trial):
             return WITH_NOISE, best
         self.theta = trial
         return WITHOUT_NOISE, value
@@ -188,7 +228,8 @@ class NoiseFit:
         trial = theta.copy()
         trial[0] = NOTHING
         value = self._improve(trial, np.arange(1, PARAMETERS))
-        return trial if value <= best + 8.0 / (self.width * self.density) else theta
+        worse = value > best + 8.0 / (self.width * self.density)
+        return theta if worse or not self._reaches_on(trial) else trial
 
 
 def narrowest_block(density: float) -> float:
@@ -211,7 +252,13 @@ def fit_decay(
     fit = NoiseFit(count, density)
     while count >= LEAST_BLOCKS:
         if fit.run(energy, start, stop):
-            return fit
+            return fit if fit.holds_on() else _fit_whole(fit, energy, start, stop)
         count = max(count // 2, LEAST_BLOCKS) if count > LEAST_BLOCKS else 0
         fit = NoiseFit(count, density)
     return fit
+
+
+def _fit_whole(zoomed: NoiseFit, energy: FloatArray, start: int, stop: int) -> NoiseFit:
+    """Fit the whole response where what follows the window contradicts it."""
+    fit = NoiseFit(zoomed.wide_count, zoomed.density)
+    return fit if fit.run(energy, start, stop, whole=True) else zoomed

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from analysis.decay import words
 from analysis.decay.answer import C50, C80, D50, DRR, EDT, ONSET, TS, Answer, Answers
 from analysis.decay.curve import direct_end, soften
+from analysis.decay.drift import drift_of, may_drift
 from analysis.decay.lines import LEAST_RANGE, DecayCurve, read_ratio, read_times
 from analysis.decay.model import level_at
 from analysis.decay.noise import LEAST_BLOCKS, NoiseFit, fit_decay
@@ -64,10 +65,11 @@ def analyse_response(
 
 def prepare(
     samples: FloatArray, energy: FloatArray, answer: Answer
-) -> tuple[float, float] | None:
+) -> tuple[FloatArray, float, float] | None:
     """Fill `energy` with squares re the peak, offset removed.
 
-    Returns offset and peak, or None if there is nothing to analyse.
+    Returns samples without drift, offset and peak, or None if there is nothing to
+    analyse.
     """
     finite, low, high, clipped, offset = inspect(samples)
     if not finite:
@@ -76,16 +78,22 @@ def prepare(
     if low == 0.0 and high == 0.0:
         answer.refuse(words.ALL_ZERO, words.SILENT)
         return None
-    peak = max(high - offset, offset - low)
     if clipped:
         answer.flag(words.CLIPPED)
+    if may_drift(samples):
+        drift = drift_of(samples)
+        if drift is not None:
+            answer.flag(words.DC_OFFSET)
+            samples = samples - drift
+            low, high, offset = float(samples.min()), float(samples.max()), 0.0
+    peak = max(high - offset, offset - low)
     if offset != 0.0:
         answer.flag(words.DC_OFFSET)
         if peak <= 1e-9 * max(high, -low):
             answer.refuse(words.ALL_CONSTANT, words.SILENT)
             return None
     square(samples, offset, peak, energy)
-    return offset, peak
+    return samples, offset, peak
 
 
 def find_decay(

@@ -12,6 +12,7 @@ EARLY_CLICK = 64
 SHORT_BT = 128
 NO_DECAY = 256
 SILENT = 512
+UNSTEADY_NOISE = 1024
 
 FLAG_WORDS = {
     NON_FINITE: "non_finite",
@@ -24,6 +25,7 @@ FLAG_WORDS = {
     SHORT_BT: "short_BT",
     NO_DECAY: "no_decay",
     SILENT: "silent",
+    UNSTEADY_NOISE: "unsteady_noise",
 }
 """Bit of each warning flag and its word."""
 
@@ -43,7 +45,8 @@ FLAG_WORDS = {
     SHORT_RECORD,
     BANDWIDTH_SHORT,
     BAND_OUTSIDE,
-) = range(15)
+    NOISE_SWINGS,
+) = range(16)
 
 REASONS = (
     "",
@@ -61,6 +64,7 @@ REASONS = (
     "the response is too short",
     "bandwidth times reverberation time is below 12.5",
     "the band reaches beyond half the sample rate",
+    "the noise swings too much to tell it from the decay in this range",
 )
 """Why a value is NaN, by code."""
 
