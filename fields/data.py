@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from fields.frame import SceneFrame
+from fields.shape import known_shape
 from fields.surfaces import sample_surface
 from rir import Dataset, Poses
 from rir.errors import DatasetError, SignalError
@@ -188,6 +189,12 @@ def _frame(
         raise SignalError("a pose holds NaN or infinity; leave its row out")
     rooms = [room for room in dataset.rooms if room is not None]
     room = rooms[0] if len(rooms) == 1 else None
+    shape = known_shape(dataset)
+    rng = np.random.default_rng(seed)
+    if shape is not None:
+        points = shape.points(SURFACE_POINTS, rng=rng)
+    else:
+        points = sample_surface(room, ends, SURFACE_POINTS, rng=rng)
     return SceneFrame(
         low=ends.min(axis=0),
         high=ends.max(axis=0),
@@ -195,13 +202,12 @@ def _frame(
         n_samples=n_samples,
         speed_of_sound=speed_of_sound(_temperature(dataset)),
         scale=scale,
-        surface_points=sample_surface(
-            room, ends, SURFACE_POINTS, rng=np.random.default_rng(seed)
-        ),
+        surface_points=points,
         simulated=bool(dataset.simulated),
         room=room,
         emitter_gain=dataset.emitter_gain,
         listener_gain=dataset.listener_gain,
+        shape=shape,
     )
 
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from fields.shape import Shape
 from rir import GainPattern, RoomSpec
 
 
@@ -34,6 +35,8 @@ class SceneFrame:
         The room's description when the data set carries one.
     emitter_gain, listener_gain : GainPattern or None
         Known patterns of the devices, None when unknown.
+    shape : Shape or None
+        Surfaces of the room where they are known and it is no box.
     """
 
     low: np.ndarray
@@ -47,6 +50,7 @@ class SceneFrame:
     room: RoomSpec | None = None
     emitter_gain: GainPattern | None = None
     listener_gain: GainPattern | None = None
+    shape: Shape | None = None
 
     @property
     def center(self) -> np.ndarray:
@@ -77,6 +81,7 @@ class SceneFrame:
             "room": self.room.model_dump(mode="json") if self.room else None,
             "emitter_gain": _pattern_dict(self.emitter_gain),
             "listener_gain": _pattern_dict(self.listener_gain),
+            "shape": self.shape.as_dict() if self.shape else None,
         }
 
     @classmethod
@@ -95,6 +100,7 @@ class SceneFrame:
             room=RoomSpec.model_validate(room) if room else None,
             emitter_gain=_pattern(plain["emitter_gain"]),
             listener_gain=_pattern(plain["listener_gain"]),
+            shape=Shape.from_dict(plain.get("shape")),
         )
 
 

@@ -5,11 +5,16 @@ import torch
 from torch import Tensor, nn
 
 from fields.frame import SceneFrame
+from fields.layers.mesh_views import FAR_M, MeshViews
 
-__all__ = ["BoxViews", "panorama_directions"]
+__all__ = ["BoxViews", "panorama_directions", "room_views"]
 
 HULL_MARGIN_M = 0.5
-FAR_M = 100.0
+
+
+def room_views(frame: SceneFrame) -> nn.Module:
+    """Return what casts rays in a frame's room: its mesh, or boxes."""
+    return BoxViews(frame) if frame.shape is None else MeshViews(frame.shape)
 
 
 def panorama_directions(rows: int, columns: int) -> Tensor:

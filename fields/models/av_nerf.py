@@ -1,13 +1,13 @@
 """AV-NeRF-style field: poses and what the devices see, to a waveform.
 
 The variant for impulse responses was never published, so its heads are a
-choice. Views are rendered by our own ray caster from the room's walls and
-furniture: a panorama of depth and of surface absorption at the listener, in its
-own frame. Feature vectors of real images (ResNet-18 or any other) may be given
-instead, as a table over positions.
+choice. Views are rendered by our own ray caster from the room's mesh, or from its
+walls and furniture: a panorama of depth and of surface absorption, in the device's
+frame. They are read by a small network, or by a frozen ResNet-18; a folder of
+photographs may stand in their place.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import torch
@@ -15,14 +15,17 @@ from torch import Tensor, nn
 
 from fields.data import FieldData
 from fields.frame import SceneFrame
+from fields.images import read_photos
 from fields.layers.encoding import Sinusoids
-from fields.layers.perceptron import ResidualPerceptron, perceptron, quiet_head
-from fields.layers.views import BoxViews, panorama_directions
+from fields.layers.perceptron import ResidualPerceptron, quiet_head
+from fields.layers.resnet import find_weights
+from fields.layers.sights import SEEN, LearnedSight, PhotoSight, ResnetSight
 from fields.plan import TrainingPlan
 from fields.training.loop import fit_network
 from fields.training.losses import LossWeights, waveform_loss
 from fields.training.network import NetworkField, load_network
 from fields.training.query import Query
+from rir.errors import ConfigError
 
 __all__ = ["PRESETS", "AvNerf", "Config", "fit", "load"]
 
@@ -43,6 +46,14 @@ class Config:
     "also look from the emitter, which the original does not"
     view_noise: float = 0.1
     "noise on the view features in training"
+    features: str = "learned"
+    "of the views: learned, or resnet18 (frozen, torchvision's weights; original)"
+    weights: str = ""
+    "file of those weights; looked for in torch's cache when empty"
+    photos: str = ""
+    "folder of photographs with poses.csv, seen in place of rendered views"
+    photo_count: int = 0
+    "photographs in the folder; counted when it is read"
     width: int = 256
     "width of the hidden layers (original: 128)"
     depth: int = 4
@@ -68,21 +79,21 @@ class AvNerf(nn.Module):
         self.config = config
         self.reach = frame.reach
         self.register_buffer("center", torch.tensor(frame.center, dtype=torch.float32))
-        rays = panorama_directions(config.view_rows, config.view_columns)
-        self.register_buffer("rays", rays, persistent=False)
-        self.views = BoxViews(frame)
+        self.sight = _sight(frame, config)
         self.encode = Sinusoids(config.octaves)
-        self.view_features = perceptron([2 * len(rays), 256, 128, 64])
-        inputs = 2 * self.encode.width + 12 + 64 * (2 if config.both_views else 1)
+        inputs = 2 * self.encode.width + 12 + SEEN * (2 if config.both_views else 1)
         inputs += self.encode.width + 1 if config.relative else 0
         self.mix = ResidualPerceptron(inputs, config.width, config.depth)
         self.head = quiet_head(config.width, frame.n_samples)
 
     center: Tensor
-    rays: Tensor
 
-    def observe(self, data: FieldData) -> None:
-        """Need nothing from the data beforehand."""
+    def observe(self, data: FieldData) -> None:  # noqa: ARG002
+        """Read photographs or frozen weights, where they are asked for."""
+        if isinstance(self.sight, PhotoSight):
+            self.sight.look(self.config.photos, self.config.weights)
+        elif isinstance(self.sight, ResnetSight):
+            self.sight.network.read(find_weights(self.config.weights))
 
     def forward(self, query: Query, random: torch.Generator | None = None) -> Tensor:
         """Return responses, shape (batch, n_samples)."""
@@ -105,13 +116,7 @@ class AvNerf(nn.Module):
     def _seen(
         self, position: Tensor, axes: Tensor, random: torch.Generator | None
     ) -> Tensor:
-        directions = torch.einsum("bij,rj->bri", axes, self.rays)
-        depth, shade = self.views(position, directions)
-        features = torch.cat([depth / self.reach, shade], dim=-1)
-        if random is not None and self.config.view_noise:
-            noise = torch.randn(features.shape, generator=random)
-            features = features + self.config.view_noise * noise.to(features.device)
-        return self.view_features(features)
+        return self.sight(position, axes, self.config.view_noise, random)
 
     def training_loss(
         self, query: Query, target: Tensor, random: torch.Generator
@@ -124,8 +129,31 @@ class AvNerf(nn.Module):
         return self(query)
 
 
+def _sight(frame: SceneFrame, config: Config) -> nn.Module:
+    if config.photos:
+        return PhotoSight(config.photo_count)
+    if config.features == "resnet18":
+        return ResnetSight(frame, config.view_rows, config.view_columns)
+    return LearnedSight(frame, config.view_rows, config.view_columns)
+
+
 def fit(data: FieldData, config: Config, plan: TrainingPlan) -> NetworkField:
-    """Train an AV-NeRF-style field."""
+    """Train an AV-NeRF-style field.
+
+    Raises
+    ------
+    ConfigError
+        If the kind of features is unknown.
+    MissingPartError
+        If frozen features are asked for and their weights are not there.
+    DatasetError
+        If the folder of photographs cannot be read.
+    """
+    if config.features not in ("learned", "resnet18"):
+        raise ConfigError(f"no features {config.features!r}; known: learned, resnet18")
+    if config.photos:
+        count = len(read_photos(config.photos, size=1).poses)
+        config = replace(config, photo_count=count)
     return fit_network(AvNerf, data, config, plan)
 
 

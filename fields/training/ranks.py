@@ -34,6 +34,8 @@ class Ranks:
         if self.count == 1:
             return
         for parameter in network.parameters():
+            if not parameter.requires_grad:
+                continue
             if parameter.grad is None:
                 parameter.grad = torch.zeros_like(parameter)
             dist.all_reduce(parameter.grad)
