@@ -1,0 +1,314 @@
+"""What paths leave open: late sound, gains and the alarms of the gate."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from fields.path.energy import EnergyModel
+from fields.path.features import PlaceFeatures
+from fields.path.fitset import FitSet
+from fields.path.gate import Gate, Held, judge
+from fields.path.horizon import Doubt, predicted_coherence
+from fields.path.late import LateMaps
+from fields.path.regions import Regions, find_regions, sight_bits
+from fields.path.tail import Tail
+from fields.path.tiles import Tiles
+from rir import Poses
+
+__all__ = ["Completion"]
+
+MOST_ROWS = 400
+MOST_FOLDS = 5
+LEAST_PER_FOLD = 6
+LEVEL_ALARM_DB = 1.0
+OPEN_ALARM = 0.9
+NEPER_DB = 10 / np.log(10)
+
+
+@dataclass(frozen=True, eq=False)
+class Completion:
+    """Complete the sound of paths, the same in both directions.
+
+    Parameters
+    ----------
+    tiles : Tiles
+        Octaves and bins.
+    model : EnergyModel
+        Energy of any pair.
+    gate : Gate
+        Which tiles the paths fill.
+    tail : Tail
+        Waveform of what the energy model fills.
+    alarms : list of str
+        What a person should know.
+    """
+
+    tiles: Tiles
+    model: EnergyModel
+    gate: Gate
+    tail: Tail
+    alarms: list[str] = field(default_factory=list)
+
+    @classmethod
+    def fit(cls, fit_set: FitSet, early: np.ndarray, paths: Any) -> "Completion":
+        """Learn from measured rows and what paths say of them.
+
+        Parameters
+        ----------
+        fit_set : FitSet
+            Measured rows.
+        early : numpy.ndarray
+            The paths' answer, shape (rows, n_samples); zeros without paths.
+        paths : object or None
+            The paths; their ``speed_of_sound`` and ``length_sd`` are used.
+        """
+        if len(fit_set) > MOST_ROWS:
+            kept = _spread_rows(fit_set, MOST_ROWS)
+            fit_set, early = fit_set.rows(kept), early[kept]
+        speed = float(getattr(paths, "speed_of_sound", fit_set.speed_of_sound))
+        tiles = Tiles(fit_set.sample_rate, fit_set.n_samples)
+        ends = fit_set.emitters.positions, fit_set.listeners.positions
+        bits = sight_bits(
+            fit_set.responses, fit_set.distances, fit_set.sample_rate, speed
+        )
+        regions = find_regions(*ends, bits)
+        features = PlaceFeatures.of(np.vstack(ends), regions)
+        held = _held(tiles, fit_set.responses, early)
+        model = EnergyModel.fit(held.measured, *ends, tiles, features, speed)
+        model_misfit = _left_out(held, fit_set, tiles, features, speed, model)
+        doubt = Doubt(walls=getattr(paths, "length_sd", None))
+        expected = predicted_coherence(tiles.centers, tiles.times, speed, doubt)
+        apart = _apart(regions, *ends)
+        gate = judge(held, expected, _path_misfit(held), model_misfit, apart)
+        center = np.vstack(ends).mean(axis=0)
+        tail = Tail(0, center, fit_set.sample_rate / speed, fit_set.n_samples)
+        alarms = _alarms(fit_set, gate, tiles, model_misfit, regions)
+        return cls(tiles, model, gate, tail, alarms)
+
+    def apply(self, early: np.ndarray, emitters: Poses, listeners: Poses) -> np.ndarray:
+        """Return completed responses, shape (rows, n_samples).
+
+        Parameters
+        ----------
+        early : numpy.ndarray
+            What the paths say, shape (rows, n_samples).
+        emitters, listeners : Poses
+            The ends.
+        """
+        first, second = emitters.positions, listeners.positions
+        apart = _apart(self.model.features.regions, first, second)
+        gains, shares = self.gate.between(apart)
+        out = self.tiles.gained(early, gains * np.sqrt(shares))
+        if (shares < 1).any():
+            out += self._tail(first, second, 1 - shares)
+        return out
+
+    def _tail(
+        self, first: np.ndarray, second: np.ndarray, shares: np.ndarray
+    ) -> np.ndarray:
+        """Return what the energy model adds to the tiles' shares."""
+        sound = self.tail(first, second)
+        target = np.exp(self.model(first, second, self.tiles)) * shares
+        brought = self.tiles.energies(sound)
+        # A bin that the direct sound cuts holds too little sound to be scaled.
+        least = 0.5 * np.median(brought, axis=-1, keepdims=True) + 1e-300
+        gains = np.sqrt(target / np.maximum(brought, least))
+        return self.tiles.gained(sound, gains)
+
+    def as_arrays(self) -> dict[str, np.ndarray]:
+        """Return everything as plain arrays, for a file."""
+        model, regions = self.model, self.model.features.regions
+        slopes = max(len(one.rates) for one in model.maps)
+        return {
+            "sample_rate": np.array(self.tiles.sample_rate),
+            "n_samples": np.array(self.tiles.n_samples),
+            "rates": _padded([one.rates for one in model.maps], slopes),
+            "level": np.array([one.level for one in model.maps]),
+            "shares": _padded([one.shares for one in model.maps], slopes - 1),
+            "profiles": model.profiles,
+            "bumps": model.features.centers,
+            "spacing": np.array(model.features.spacing),
+            "region_places": regions.places,
+            "region_shares": regions.shares,
+            "region_boxes": regions.boxes,
+            "speed_of_sound": np.array(model.speed_of_sound),
+            "gate_gains": self.gate.gains,
+            "gate_shares": self.gate.shares,
+            "gate_coherence": self.gate.coherence,
+            "tail_seed": np.array(self.tail.seed),
+            "tail_center": self.tail.center,
+            "alarms": np.array(self.alarms, dtype=str),
+        }
+
+    @classmethod
+    def from_arrays(cls, arrays: dict[str, np.ndarray]) -> "Completion":
+        """Rebuild what :meth:`as_arrays` returned."""
+        tiles = Tiles(float(arrays["sample_rate"]), int(arrays["n_samples"]))
+        regions = Regions(
+            arrays["region_places"], arrays["region_shares"], arrays["region_boxes"]
+        )
+        features = PlaceFeatures(arrays["bumps"], float(arrays["spacing"]), regions)
+        maps = []
+        for rates, level, shares in zip(
+            arrays["rates"], arrays["level"], arrays["shares"], strict=True
+        ):
+            count = int(np.isfinite(rates).sum())
+            maps.append(LateMaps(rates[:count], level, shares[: count - 1]))
+        speed = float(arrays["speed_of_sound"])
+        model = EnergyModel(tuple(maps), arrays["profiles"], features, speed)
+        gate = Gate(
+            arrays["gate_gains"], arrays["gate_shares"], arrays["gate_coherence"]
+        )
+        center, seed = arrays["tail_center"], int(arrays["tail_seed"])
+        tail = Tail(seed, center, tiles.sample_rate / speed, tiles.n_samples)
+        alarms = [str(one) for one in arrays["alarms"]]
+        return cls(tiles, model, gate, tail, alarms)
+
+
+def _padded(rows: list[np.ndarray], length: int) -> np.ndarray:
+    """Stack arrays of unequal length along their first axis, NaN behind."""
+    out = np.full((len(rows), length, *rows[0].shape[1:]), np.nan)
+    for filled, row in zip(out, rows, strict=True):
+        filled[: len(row)] = row
+    return out
+
+
+def _spread_rows(fit_set: FitSet, count: int) -> np.ndarray:
+    """Return rows drawn evenly over emitters."""
+    order = np.argsort(fit_set.places, kind="stable")
+    picked = order[np.linspace(0, len(order) - 1, count).astype(int)]
+    return np.sort(picked)
+
+
+def _apart(regions: Regions, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    if regions.count == 1:
+        return np.zeros(len(first))
+    return 1 - (regions(first) * regions(second)).sum(axis=1)
+
+
+def _held(tiles: Tiles, measured: np.ndarray, told: np.ndarray) -> Held:
+    energies = tiles.energies(measured)
+    if not told.any():
+        nothing = np.zeros_like(energies)
+        return Held(energies, nothing, nothing, nothing)
+    return Held(
+        energies,
+        tiles.energies(told),
+        tiles.products(measured, told),
+        tiles.products(measured, np.roll(told, 1, axis=0)),
+    )
+
+
+def _path_misfit(held: Held) -> np.ndarray:
+    """Return log energy errors of the paths after the mean gain of each tile."""
+    known = (held.measured > 0) & (held.told > 0)
+    ratio = np.full(known.shape, np.nan)
+    np.divide(held.measured, held.told, out=ratio, where=known)
+    log = np.log(ratio, out=ratio, where=known)
+    count = np.maximum(known.sum(axis=0), 1)
+    return log - np.where(known, log, 0.0).sum(axis=0) / count
+
+
+def _misfit(held: Held, told: np.ndarray) -> np.ndarray:
+    known = (held.measured > 0) & np.isfinite(told)
+    log = np.full(known.shape, np.nan)
+    np.log(held.measured, out=log, where=known)
+    return log - np.where(known, told, 0.0)
+
+
+def _left_out(
+    held: Held,
+    fit_set: FitSet,
+    tiles: Tiles,
+    features: PlaceFeatures,
+    speed: float,
+    model: EnergyModel,
+) -> np.ndarray:
+    """Return log energy errors of the energy model at emitters left out."""
+    ends = fit_set.emitters.positions, fit_set.listeners.positions
+    misfit = _misfit(held, model(*ends, tiles))
+    places = np.unique(fit_set.places)
+    if len(places) < 2 or len(fit_set) < LEAST_PER_FOLD * 2:
+        return misfit
+    for fold in range(min(len(places), MOST_FOLDS)):
+        out = fit_set.places % MOST_FOLDS == fold
+        if out.all() or not out.any():
+            continue
+        rest = ~out
+        one = EnergyModel.fit(
+            held.measured[rest],
+            ends[0][rest],
+            ends[1][rest],
+            tiles,
+            features,
+            speed,
+        )
+        told = one(ends[0][out], ends[1][out], tiles)
+        part = Held(*(getattr(held, name)[out] for name in _PARTS))
+        misfit[out] = _misfit(part, told)
+    return misfit
+
+
+_PARTS = ("measured", "told", "products", "shuffled")
+
+
+def _alarms(
+    fit_set: FitSet,
+    gate: Gate,
+    tiles: Tiles,
+    misfit: np.ndarray,
+    regions: Regions,
+) -> list[str]:
+    """Say in words what is not explained."""
+    alarms = []
+    late = tiles.times >= 0.03
+    if late.any() and (gate.shares[:, :, late] < 0.5).mean() > OPEN_ALARM:
+        alarms.append(
+            "paths do not explain this room: their waveforms fail in "
+            f"{100 * float((gate.shares[:, :, late] < 0.5).mean()):.0f} % of the "
+            "octaves and times after 30 ms"
+        )
+    level = _level_error(misfit, fit_set.places)
+    if level > LEVEL_ALARM_DB:
+        alarms.append(
+            f"late level of an emitter left out is told to {level:.1f} dB only; "
+            "record more emitter places, or a pair with exchanged ends"
+        )
+    alarms += _unheard_regions(fit_set, regions)
+    return alarms
+
+
+def _level_error(misfit: np.ndarray, places: np.ndarray) -> float:
+    """Return the rms over emitters of the mean level error, dB."""
+    if len(np.unique(places)) < 2:
+        return 0.0
+    known = np.isfinite(misfit)
+    weight = np.where(known, 1.0, 0.0)
+    gaps = []
+    for place in np.unique(places):
+        mine = places == place
+        total = weight[mine].sum()
+        if total > 0:
+            level = np.where(known[mine], misfit[mine], 0.0).sum() / total
+            gaps.append(NEPER_DB * level)
+    return float(np.sqrt(np.mean(np.square(gaps)))) if gaps else 0.0
+
+
+def _unheard_regions(fit_set: FitSet, regions: Regions) -> list[str]:
+    if regions.count < 2:
+        return []
+    numbers = regions.numbers(fit_set.emitters.positions)
+    missing = sorted(set(range(regions.count)) - set(numbers.tolist()))
+    return [
+        f"no emitter stood in region {number + 1} of {regions.count} (round "
+        f"{_middle(regions, number)} m): its own decay is unknown; record one "
+        "pair with exchanged ends there"
+        for number in missing
+    ]
+
+
+def _middle(regions: Regions, number: int) -> str:
+    mine = regions.shares.argmax(axis=1) == number
+    middle = regions.places[mine if mine.any() else slice(None)].mean(axis=0)
+    return f"({middle[0]:.1f}, {middle[1]:.1f}, {middle[2]:.1f})"

@@ -1,0 +1,140 @@
+"""How far paths are trusted, tile by tile, and what is said about it in words.
+
+In each octave, bin and pair of regions the paths' waveforms are held against the
+measured ones. Where they agree they are kept; where their waveform fails but their
+energy is still the best guess it is corrected; elsewhere the energy model speaks.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+__all__ = ["Gate", "Held", "judge"]
+
+EXPLAINED = 10 ** (-25 / 10)
+TRUSTED, LOST = 0.7, 0.3
+NULL_SIGMAS = 3.0
+MOST_GAIN = 2.0
+LEAST_ROWS = 8
+QUIET = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """Hold paths' and measured energies of the same tiles, and their products.
+
+    Each of shape (pairs, bands, bins).
+    """
+
+    measured: np.ndarray
+    told: np.ndarray
+    products: np.ndarray
+    shuffled: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Gate:
+    """Say what is made of the paths in each tile.
+
+    Parameters
+    ----------
+    gains : numpy.ndarray
+        Amplitude gain of the paths, shape (kinds, bands, bins): first for ends in
+        one region, then for ends apart.
+    shares : numpy.ndarray
+        How much of the tile's energy the paths bring, 0 to 1; the energy model
+        brings the rest. Same shape.
+    coherence : numpy.ndarray
+        As measured, same shape.
+    """
+
+    gains: np.ndarray
+    shares: np.ndarray
+    coherence: np.ndarray
+
+    def between(self, apart: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return gains and shares of pairs, each (pairs, bands, bins).
+
+        `apart`, shape (pairs,), is how little both ends share a region.
+        """
+        if len(self.gains) == 1:
+            apart = np.zeros_like(apart)
+        far = np.clip(apart, 0, 1)[:, None, None]
+        both = []
+        for one in (self.gains, self.shares):
+            both.append(one[0] + far * (one[-1] - one[0]))
+        return both[0], both[1]
+
+    @property
+    def off(self) -> float:
+        """Share of tiles in which the paths say nothing."""
+        return float((self.shares < 0.5).mean())
+
+
+def judge(
+    held: Held,
+    expected: np.ndarray,
+    path_misfit: np.ndarray,
+    model_misfit: np.ndarray,
+    apart: np.ndarray,
+) -> Gate:
+    """Compare paths with measurements.
+
+    Parameters
+    ----------
+    held : Held
+        Energies and products.
+    expected : numpy.ndarray
+        Coherence that positions and temperature allow, shape (bands, bins).
+    path_misfit, model_misfit : numpy.ndarray
+        Log energy errors of the paths after their mean gain, and of the energy
+        model for unseen emitters, shape (pairs, bands, bins); NaN if unknown.
+    apart : numpy.ndarray
+        How little both ends share a region, shape (pairs,).
+    """
+    kinds = [apart < 0.5, apart >= 0.5]
+    if min(int(one.sum()) for one in kinds) < LEAST_ROWS:
+        kinds = [np.ones(len(apart), dtype=bool)]
+    parts = [_judged(held, rows, expected, path_misfit, model_misfit) for rows in kinds]
+    gains, shares, coherence = (np.stack(one) for one in zip(*parts, strict=True))
+    return Gate(gains, shares, coherence)
+
+
+def _judged(
+    held: Held,
+    rows: np.ndarray,
+    expected: np.ndarray,
+    path_misfit: np.ndarray,
+    model_misfit: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    measured, told = held.measured[rows].sum(0), held.told[rows].sum(0)
+    product = held.products[rows].sum(0)
+    scale = np.maximum(measured * told, 1e-300)
+    coherence = np.where(product > 0, product**2, 0.0) / scale
+    chance = NULL_SIGMAS**2 * _spread(held.shuffled[rows]) / scale
+    left = measured + told - 2 * product
+    # What was never there on either side is explained as well.
+    floor = QUIET * max(float(measured.max(initial=0.0)), 1e-300)
+    explained = left <= EXPLAINED * measured + floor
+    least = np.maximum(told, 1e-12 * measured + 1e-300)
+    gain = np.sqrt(measured / least)
+    gain = np.where(explained, 1.0, np.clip(gain, 0.0, MOST_GAIN))
+    trusted = (coherence > TRUSTED * expected) & (coherence > chance)
+    lost = (coherence < LOST * expected) | (coherence < chance)
+    better = _mean_square(path_misfit[rows]) < _mean_square(model_misfit[rows])
+    share = np.where(explained | (trusted & ~lost) | better, 1.0, 0.0)
+    starved = told * MOST_GAIN**2 < 0.25 * measured
+    share = np.where(starved & ~explained, 0.0, share)
+    return gain, share, coherence
+
+
+def _spread(products: np.ndarray) -> np.ndarray:
+    """Return the variance of a sum of products that mean nothing."""
+    return (products**2).sum(axis=0)
+
+
+def _mean_square(misfit: np.ndarray) -> np.ndarray:
+    known = np.isfinite(misfit)
+    total = np.where(known, misfit, 0.0) ** 2
+    count = known.sum(axis=0)
+    return np.where(count > 0, total.sum(axis=0) / np.maximum(count, 1), np.inf)

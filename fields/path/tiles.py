@@ -1,0 +1,138 @@
+"""Time-frequency tiles: octaves and short bins, measured and scaled."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from rooms.bands import band_weights
+
+__all__ = ["Tiles"]
+
+LOWEST_HZ = 125.0
+SHORT_S, SHORT_BIN_S, LONG_BIN_S = 0.25, 0.005, 0.01
+CHUNK = 64
+RINGING_S = 0.02
+
+
+@dataclass(frozen=True)
+class Tiles:
+    """Divide responses into octaves and bins.
+
+    Parameters
+    ----------
+    sample_rate : float
+        Hertz.
+    n_samples : int
+        Length of a response.
+    """
+
+    sample_rate: float
+    n_samples: int
+
+    @cached_property
+    def centers(self) -> np.ndarray:
+        """Middles of the octaves below the Nyquist frequency, hertz."""
+        count = int(np.floor(np.log2(max(0.45 * self.sample_rate / LOWEST_HZ, 1))))
+        return LOWEST_HZ * 2.0 ** np.arange(max(count, 0) + 1)
+
+    @cached_property
+    def bin_samples(self) -> int:
+        """Length of a bin."""
+        short = self.n_samples <= SHORT_S * self.sample_rate
+        length = SHORT_BIN_S if short else LONG_BIN_S
+        return max(round(length * self.sample_rate), 1)
+
+    @property
+    def bin_s(self) -> float:
+        """Length of a bin, seconds."""
+        return self.bin_samples / self.sample_rate
+
+    @property
+    def bins(self) -> int:
+        """Number of bins; the last may be cut."""
+        return -(-self.n_samples // self.bin_samples)
+
+    @property
+    def times(self) -> np.ndarray:
+        """Middles of the bins, seconds, shape (bins,)."""
+        return (np.arange(self.bins) + 0.5) * self.bin_s
+
+    @property
+    def widths(self) -> np.ndarray:
+        """Effective bandwidths of the octaves, hertz, shape (bands,)."""
+        square = (self._masks**2).sum(axis=1)
+        return square / square.sum() * 0.5 * self.sample_rate
+
+    @cached_property
+    def _length(self) -> int:
+        from scipy.fft import next_fast_len
+
+        tail = round(RINGING_S * self.sample_rate)
+        return next_fast_len(self.n_samples + tail, True) or self.n_samples + tail
+
+    @cached_property
+    def _masks(self) -> np.ndarray:
+        if len(self.centers) == 1:
+            return np.ones((1, self._length // 2 + 1))
+        rate = round(self.sample_rate)
+        return band_weights(tuple(map(float, self.centers)), rate, self._length)
+
+    def split(self, responses: np.ndarray) -> np.ndarray:
+        """Return the octaves of responses, shape (rows, bands, n_samples).
+
+        Their sum is the response again.
+        """
+        from scipy.fft import irfft, rfft
+
+        spectra = np.asarray(rfft(responses, self._length, axis=-1))
+        parts = irfft(spectra[:, None] * self._masks, self._length, axis=-1)
+        return np.asarray(parts)[..., : self.n_samples]
+
+    def sums(self, values: np.ndarray) -> np.ndarray:
+        """Return sums over each bin of the last axis."""
+        starts = np.arange(self.bins) * self.bin_samples
+        return np.add.reduceat(values, starts, axis=-1)
+
+    def energies(self, responses: np.ndarray) -> np.ndarray:
+        """Return energies, shape (rows, bands, bins)."""
+        return self.products(responses, responses)
+
+    def products(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+        """Return inner products in each tile, shape (rows, bands, bins)."""
+        out = np.empty((len(first), len(self.centers), self.bins))
+        for start in range(0, len(first), CHUNK):
+            rows = slice(start, start + CHUNK)
+            parts = self.split(first[rows])
+            others = parts if first is second else self.split(second[rows])
+            out[rows] = self.sums(parts * others)
+        return out
+
+    def gained(self, responses: np.ndarray, gains: np.ndarray) -> np.ndarray:
+        """Return responses with a gain in each tile, smooth between bins.
+
+        Parameters
+        ----------
+        responses : numpy.ndarray
+            Shape (rows, n_samples).
+        gains : numpy.ndarray
+            Amplitude gains, shape (rows, bands, bins). Where all are 1 the
+            response comes back untouched.
+        """
+        out = responses.copy()
+        for start in range(0, len(responses), CHUNK):
+            rows = slice(start, start + CHUNK)
+            change = gains[rows] - 1
+            if change.any():
+                wave = self._spread(change)
+                parts = self.split(responses[rows])
+                out[rows] += np.einsum("rbn,rbn->rn", wave, parts)
+        return out
+
+    def _spread(self, values: np.ndarray) -> np.ndarray:
+        """Interpolate from bins to samples."""
+        place = (np.arange(self.n_samples) + 0.5) / self.bin_samples - 0.5
+        low = np.clip(np.floor(place).astype(int), 0, max(self.bins - 2, 0))
+        high = np.minimum(low + 1, self.bins - 1)
+        part = np.clip(place - low, 0.0, 1.0)
+        return values[..., low] * (1 - part) + values[..., high] * part
