@@ -48,6 +48,8 @@ CURVE_POINTS = 640
 """Points of a band's curve; its own scatter is wider than their steps."""
 CLEARANCE = 5.0
 """A band's late energy must exceed what lies behind the crossing so many times."""
+LEAST_LATE = 1e-5
+"""Less late than this share of the early energy drowns in the window's ripple."""
 SPLIT_NAMES = (C50, C80, DRR)
 
 
@@ -225,7 +227,7 @@ def read_splits(
             late /= 1.0 - _share_left(answer, gates.reach / layout.rate)
         else:
             late = curve.after(int((layout.lead + cut) * slower + 0.5), onset)
-        if early <= 0.0:
+        if early <= 0.0 or late < LEAST_LATE * early:
             answer.reasons[name] = words.LATE_BURIED
             continue
         if early > 30.0 * late and answer.reasons[T30] == words.BANDWIDTH_SHORT:

@@ -16,8 +16,8 @@ FloatArray = NDArray[np.float64]
 
 SURE_FALL = 20.0
 """A late decay that falls so many times is one, whatever the noise does."""
-SWINGS_ABOVE = 5.0
-"""Else it starts so many standard deviations of the noise's swings above it."""
+SWINGS_ABOVE = 8.0
+"""Else it starts at so many standard deviations of the noise's swings."""
 
 
 @dataclass(frozen=True)
@@ -91,4 +91,4 @@ def is_doubtful(fit: NoiseFit, swings: Swings) -> bool:
     if theta[0] == NOTHING:
         return start < SURE_FALL * level_at(theta, float(fit.count))
     above = start / math.exp(theta[0])
-    return above < min(1.0 + SWINGS_ABOVE * swings.largest, SURE_FALL)
+    return above < min(SWINGS_ABOVE * swings.largest, SURE_FALL)
