@@ -11,6 +11,7 @@ import numpy as np
 
 from fields.compare_table import comparison_table, plot_comparison
 from fields.comparison import FORMS, CompareConfig, ModelConfig, SetConfig
+from fields.data import FieldData
 from fields.evaluate import METRIC_UNITS, Scores, compare_rows, score
 from fields.field import Field
 from fields.pattern_check import check_pattern
@@ -93,7 +94,8 @@ def run_job(
         "method": job.method,
         "seed": job.seed,
         **score(field, bench.test),
-        "swap": _swap_gap(field, bench),
+        "swap": _swap_gap(field, bench.test),
+        "swap seen": _swap_gap(field, bench.train),
         "pattern": check_pattern(field, bench.test),
         "train": score(field, bench.train.rows(_spread(bench.train))),
         "report": report,
@@ -108,8 +110,8 @@ def _plan(
     plan = TrainingPlan(
         steps=UNLIMITED_STEPS,
         budget_s=job.budget_s,
-        batch_size=config.batch_size,
-        learning_rate=config.learning_rate,
+        batch_size=job.model.batch_size or config.batch_size,
+        learning_rate=job.model.learning_rate or config.learning_rate,
         weight_decay=config.weight_decay,
         exchange=exchange_form(form.get("exchange", False)),
         self_supervised=form.get("self_supervised", "none"),
@@ -123,12 +125,12 @@ def _plan(
     return replace(plan, epochs=config.epochs, budget_s=None)
 
 
-def _swap_gap(field: Field, bench: Bench) -> Scores:
-    test = bench.test.rows(_spread(bench.test))
-    scale = np.float32(test.frame.scale)
-    one_way = field.predict(test.emitters, test.listeners) / scale
-    other = field.predict(test.listeners, test.emitters) / scale
-    return compare_rows(one_way, other, test.frame.sample_rate)
+def _swap_gap(field: Field, data: FieldData) -> Scores:
+    some = data.rows(_spread(data))
+    scale = np.float32(some.frame.scale)
+    one_way = field.predict(some.emitters, some.listeners) / scale
+    other = field.predict(some.listeners, some.emitters) / scale
+    return compare_rows(one_way, other, some.frame.sample_rate)
 
 
 def _spread(data: Any) -> np.ndarray:

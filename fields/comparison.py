@@ -63,6 +63,8 @@ class ModelConfig(Config):
     config: dict[str, Any] = Setting(default_factory=dict)
     forms: tuple[str, ...] = ("vanilla", "exchange")
     budget_s: float | None = None
+    batch_size: int | None = None
+    learning_rate: float | None = None
 
 
 class CompareConfig(Config):

@@ -20,6 +20,7 @@ from fields.layers.emission import omni_pattern, sent_features
 from fields.layers.encoding import Sinusoids
 from fields.layers.harmonics import harmonics
 from fields.layers.hash_grid import HashGrid
+from fields.layers.level import Level
 from fields.layers.perceptron import perceptron
 from fields.layers.shade import Shade
 from fields.pattern import fit_emitter_pattern
@@ -27,7 +28,7 @@ from fields.plan import TrainingPlan
 from fields.render.bank import bank_sum
 from fields.render.compositing import compositing_weights, drawn_shells, path_loss
 from fields.render.points import Points
-from fields.render.projection import causal_projection
+from fields.render.projection import causal_projections
 from fields.render.rays import Shells, even_directions, random_rotation
 from fields.render.weighting import RayWeighting, omni_weighting
 from fields.selfsupervised.fit import fit_directional
@@ -128,6 +129,7 @@ class Avr(nn.Module):
         shaded = config.direct and config.shaded
         self.shade = Shade(frame.low, frame.high) if shaded else None
         self.register_buffer("fitted", omni_pattern())
+        self.level = Level(frame.n_samples, frame.sample_rate)
 
     fitted: Tensor
     center: Tensor
@@ -189,6 +191,10 @@ class Avr(nn.Module):
         if self.direct is not None:
             self.direct.set_pattern(coefficients)
 
+    def settle(self, data: FieldData) -> None:
+        """Give back the energy that the trained volume lacks."""
+        self.level.fit(self, data)
+
     def points(self, query: Query, random: torch.Generator | None) -> Points:
         """Choose the points of a batch; without randomness always the same."""
         rays = self.rays
@@ -201,7 +207,8 @@ class Avr(nn.Module):
         if self.config.density == "network":
             return Points(positions, shells, shells.new_zeros(len(shells)), rays)
         weights = compositing_weights(self._grid_density(positions), self.steps)
-        if self.config.proposals:
+        # Few shells are right on average only: an answer is made from all of them.
+        if self.config.proposals and random is not None:
             shells, weights = drawn_shells(weights, self.config.proposals, random)
             radii = self.radii[shells][..., None]
             positions = query.listener[:, None, None] + rays[:, None] * radii
@@ -307,11 +314,11 @@ class Avr(nn.Module):
         loss = path_loss(self.n_samples, self.samples_a_metre, gathered.device)
         response = gathered * loss
         if self.direct is None:
-            return response
+            return self.level(response)
         toward = weighting(query, arrival(query)[:, None], local=True)[:, 0]
         if self.shade is not None:
             toward = toward * self.shade(query)
-        return response + self.direct(query, toward, source)
+        return self.level(response) + self.direct(query, toward, source)
 
     def _sum(
         self, query: Query, points: Points, features: Tensor, heard: Tensor
@@ -321,27 +328,13 @@ class Avr(nn.Module):
         gaps = points.positions - query.emitter[:, None, None]
         flight = (gaps.square().sum(-1) + 1e-12).sqrt() * self.samples_a_metre
         if self.config.head == "shell":
-            return self._gather_shells(points, features, shares, flight)
+            arrivals = flight.round().long().clamp(0, self.n_samples - 1)
+            last = self.delays, self.waveform.weight, self.waveform.bias
+            return causal_projections(features, shares, points.shells, arrivals, last)
         total = flight + self.delays[points.shells]
         channels = self.to_channels(features).float()
         return bank_sum(
             channels.flatten(1, 2), shares.flatten(1), total.flatten(1), self.bank
-        )
-
-    def _gather_shells(
-        self, points: Points, features: Tensor, shares: Tensor, flight: Tensor
-    ) -> Tensor:
-        arrivals = flight.round().long().clamp(0, self.n_samples - 1)
-        # Unbound, because the gradient of an index is as large as the whole batch.
-        given = (
-            features.flatten(1, 2).unbind(),
-            shares.flatten(1).unbind(),
-            points.shells.flatten(1).unbind(),
-            arrivals.flatten(1).unbind(),
-        )
-        last = self.delays, self.waveform.weight, self.waveform.bias
-        return torch.stack(
-            [causal_projection(*item, *last) for item in zip(*given, strict=True)]
         )
 
     def forward(

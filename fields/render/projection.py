@@ -13,7 +13,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-__all__ = ["causal_projection", "causal_projection_plain"]
+__all__ = ["causal_projection", "causal_projection_plain", "causal_projections"]
 
 
 def causal_projection(
@@ -60,6 +60,29 @@ def causal_projection(
         matrix.float(),
         bias.float(),
     )  # pyright: ignore[reportReturnType]
+
+
+def causal_projections(
+    features: Tensor,
+    weights: Tensor,
+    shells: Tensor,
+    arrivals: Tensor,
+    last: tuple[Tensor, Tensor, Tensor],
+) -> Tensor:
+    """Do so for a batch of listeners, (batch, rays, points ...) to (batch, n).
+
+    ``last`` holds the delays of the shells, and matrix and bias of the last layer.
+    """
+    # Unbound, because the gradient of an index is as large as the whole batch.
+    given = (
+        features.flatten(1, 2).unbind(),
+        weights.flatten(1).unbind(),
+        shells.flatten(1).unbind(),
+        arrivals.flatten(1).unbind(),
+    )
+    return torch.stack(
+        [causal_projection(*item, *last) for item in zip(*given, strict=True)]
+    )
 
 
 def causal_projection_plain(

@@ -67,6 +67,9 @@ def fit_network(
     network.to(device)
     trainer = Trainer(network, data, plan, term)
     report = trainer.run()
+    if hasattr(network, "settle"):
+        network.eval()
+        network.settle(data)
     return NetworkField(network, config, data.frame, report)
 
 
