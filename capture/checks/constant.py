@@ -4,21 +4,32 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from capture.checks.hum import quiet_part
 from capture.checks.table import CHECKS
 from capture.evidence import Evidence
 from capture.verdict import Verdict
 
 __all__ = ["check_constant"]
 
+BLOCK_S = 0.02
+"""One period of the mains at 50 Hz: hum is no constant."""
+FEWEST = 4
+SIGMAS = 6.0
+
 
 @CHECKS.add("constant")
 def check_constant(take: Evidence) -> Iterator[Verdict]:
-    """Mark channels with a constant part; the response is free of it."""
-    means = np.abs(take.recording.mean(axis=1))
+    """Mark channels with a constant part; the response is free of it.
+
+    Looked for in the quiet part of the recording: a sweep that begins at a low
+    frequency has a mean of its own.
+    """
+    means, sigmas = _constants(take)
     levels = 20 * np.log10(np.maximum(means, 1e-30))
     take.figures["dc_dbfs"] = [round(float(level), 1) for level in levels]
-    relative = means / np.maximum(take.peaks, 1e-30)
-    for channel in np.flatnonzero((levels > take.limits.dc_dbfs) & (relative > 0.01)):
+    for channel in np.flatnonzero(
+        (levels > take.limits.dc_dbfs) & (means > SIGMAS * sigmas)
+    ):
         yield Verdict(
             "dc_offset",
             False,
@@ -28,3 +39,16 @@ def check_constant(take: Evidence) -> Iterator[Verdict]:
             "dBFS",
             int(channel),
         )
+
+
+def _constants(take: Evidence) -> tuple[np.ndarray, np.ndarray]:
+    """Return the constant part of each channel and its standard error."""
+    size = max(round(BLOCK_S * take.sample_rate), 1)
+    quiet = quiet_part(take)
+    count = quiet.shape[1] // size
+    if count < FEWEST:
+        # The whole take, whose sweep may hide a hundredth of its peak.
+        return np.abs(take.recording.mean(axis=1)), 0.01 / SIGMAS * take.peaks
+    means = quiet[:, : count * size].reshape(-1, count, size).mean(axis=2)
+    errors = means.std(axis=1, ddof=1) / np.sqrt(count)
+    return np.abs(means.mean(axis=1)), errors

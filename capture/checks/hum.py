@@ -8,7 +8,7 @@ from capture.checks.table import CHECKS
 from capture.evidence import Evidence
 from capture.verdict import Verdict
 
-__all__ = ["check_hum"]
+__all__ = ["check_hum", "quiet_part"]
 
 SHORTEST_S = 0.15
 LOWEST_HZ, HIGHEST_HZ = 40.0, 70.0
@@ -24,7 +24,7 @@ def check_hum(take: Evidence) -> Iterator[Verdict]:
     Looked for between 40 and 70 Hz, where the response often is not wanted anyway:
     the figure tells how far the recording can be trusted there.
     """
-    quiet = _quiet_part(take)
+    quiet = quiet_part(take)
     size = quiet.shape[1]
     tones: list[float | None] = [None] * len(quiet)
     levels: list[float | None] = [None] * len(quiet)
@@ -66,7 +66,7 @@ def check_hum(take: Evidence) -> Iterator[Verdict]:
         )
 
 
-def _quiet_part(take: Evidence) -> np.ndarray:
+def quiet_part(take: Evidence) -> np.ndarray:
     """Return the longer of the parts before the sweep and after its decay."""
     before = take.recording[:, : max(int(take.latency), 0)]
     decay = np.nanmedian(take.noise.knee) if np.any(np.isfinite(take.noise.knee)) else 1
