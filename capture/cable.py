@@ -56,22 +56,25 @@ class Cable:
         return np.zeros(0) if loopback is None else loopback
 
     @cached_property
-    def lags(self) -> Array:
-        """Loopback over the delayed excitation; negative lags at the end."""
-        excitation = self.reference.excitation
-        turns = excitation.frequencies / excitation.sample_rate
-        delay = np.exp(-2j * np.pi * self.reference.clock.latency * turns)
-        spectrum = excitation.transform(self.samples)
-        return excitation.inverse(
-            excitation.divide(spectrum, self.reference.played * delay)
-        )
-
-    @cached_property
     def compactness(self) -> float:
         """Share of the loopback's response within 5 ms of its peak."""
-        half = round(HALF_S * self.reference.excitation.sample_rate)
-        power = self.lags**2
-        near = power[:half].sum() + power[-half:].sum()
+        return self.compactness_of(self.samples)
+
+    def compactness_of(self, recorded: Array) -> float:
+        """Return the same share for any recorded channel.
+
+        Parameters
+        ----------
+        recorded : ndarray, shape (n,)
+            The channel.
+        """
+        excitation = self.reference.excitation
+        half = round(HALF_S * excitation.sample_rate)
+        spectrum = excitation.transform(recorded - recorded.mean())
+        lags = excitation.inverse(excitation.divide(spectrum, self.reference.played))
+        power = lags**2
+        around = np.arange(-half, half) + int(np.argmax(power))
+        near = power.take(around, mode="wrap").sum()
         return float(near / max(power.sum(), 1e-300))
 
     @cached_property

@@ -1,6 +1,7 @@
 """Where the energy of a deconvolved take lies: by octave and by lag."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from importlib import import_module
 from typing import Any
 
@@ -122,6 +123,10 @@ class EnergyMap:
 
     def valid(self) -> NDArray[np.bool_]:
         """Return the lags that the recording covers, shape (octaves, blocks)."""
+        return self._valid
+
+    @cached_property
+    def _valid(self) -> NDArray[np.bool_]:
         excitation = self.octaves.excitation
         rate = excitation.sample_rate
         played = excitation.time_played(self.centers)[:, np.newaxis]

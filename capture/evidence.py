@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.cable import Cable
+from capture.crests import Crests
 from capture.energy import EnergyMap
 from capture.noise import NoiseFigures, estimate_noise
 from capture.reference import Reference
@@ -17,6 +18,8 @@ from capture.verdict import Limits
 __all__ = ["Evidence"]
 
 Array = NDArray[np.float64]
+
+CABLE_SHARE = 0.98
 
 
 @dataclass(eq=False)
@@ -39,6 +42,8 @@ class Evidence:
         Unexplained sound per group of channels.
     groups : list of list of int
         Channels of each group.
+    crests : Crests or None
+        Extremes against prediction; None for arrays of many channels.
     golden : Reference or None
         The reference of the golden loopback.
     direct_delay : ndarray or None
@@ -56,6 +61,7 @@ class Evidence:
     energies: EnergyMap
     residual: Residual
     groups: list[list[int]]
+    crests: Crests | None
     golden: Reference | None
     direct_delay: Array | None
     limits: Limits
@@ -85,6 +91,18 @@ class Evidence:
         if not np.isfinite(self.reference.clock.latency):
             return None
         return Cable(self.reference)
+
+    @cached_property
+    def swapped(self) -> list[int]:
+        """Channels that are a cable while the loopback is none."""
+        cable = self.cable
+        if cable is None or cable.compactness > CABLE_SHARE:
+            return []
+        return [
+            channel
+            for channel, row in enumerate(self.recording)
+            if cable.compactness_of(row) > CABLE_SHARE
+        ]
 
     @cached_property
     def peaks(self) -> Array:

@@ -8,11 +8,12 @@ from numpy.typing import NDArray
 
 from capture.arrangement import as_float
 from capture.checks import CHECKS
+from capture.crests import Crests
+from capture.division import Divider
 from capture.energy import EnergyMap, Octaves
 from capture.evidence import Evidence
-from capture.excitation import Excitation
 from capture.reference import Reference
-from capture.residual import Residual, lag_gate, resynthesise
+from capture.residual import Residual
 from capture.stretch import apply_stretch
 from capture.verdict import Limits, Verdict
 
@@ -20,8 +21,6 @@ __all__ = ["Examined", "examine"]
 
 Array = NDArray[np.float64]
 
-CHANNELS_AT_ONCE = 4
-CHANNELS_SINGLE = 8
 DRIFT_TO_CORRECT = 2e-8
 
 
@@ -82,20 +81,8 @@ def _divide(
         recording = np.where(finite[:, np.newaxis], recording, 0.0)
     response = np.empty((channels, excitation.pre + excitation.length))
     octaves = Octaves(excitation)
-    gate = lag_gate(reference, n)
-    energies, rests, groups = [], [], []
-    for first in range(0, channels, CHANNELS_AT_ONCE):
-        block = np.arange(first, min(first + CHANNELS_AT_ONCE, channels))
-        rows = recording[block]
-        rows = rows - rows.mean(axis=1, keepdims=True)
-        spectra = excitation.transform(rows)
-        spectra *= reference.reciprocal
-        energies.append(octaves.measure(spectra))
-        lags = excitation.inverse(spectra)
-        _keep(lags, response[block[0] : block[-1] + 1], excitation)
-        mixed, heard, names = _group(lags, rows, block, channels)
-        rests.append(resynthesise(mixed, heard, reference, gate))
-        groups += names
+    parts = Divider(reference, octaves, recording, response).parts()
+    crests = [part.crests for part in parts if part.crests is not None]
     _restore_clock(response, reference)
     latency = reference.clock.latency
     return Evidence(
@@ -105,48 +92,16 @@ def _divide(
         reference=reference,
         energies=EnergyMap(
             octaves,
-            np.concatenate(energies),
+            np.concatenate([part.energy for part in parts]),
             float(latency) if np.isfinite(latency) else 0.0,
             n,
         ),
-        residual=Residual(
-            np.concatenate([rest.unexplained for rest in rests]),
-            np.concatenate([rest.whole for rest in rests]),
-            rests[0].block_s,
-        ),
-        groups=groups,
+        residual=Residual.joined([part.residual for part in parts]),
+        groups=[group for part in parts for group in part.groups],
+        crests=Crests.joined(crests) if crests else None,
         golden=golden,
         direct_delay=direct_delay,
         limits=limits,
-    )
-
-
-def _keep(lags: Array, into: Array, excitation: Excitation) -> None:
-    pre = excitation.pre
-    if pre:
-        into[:, :pre] = lags[:, -pre:]
-    into[:, pre:] = lags[:, : excitation.length]
-
-
-def _group(
-    lags: Array, rows: Array, block: NDArray[np.intp], channels: int
-) -> tuple[Array, Array, list[list[int]]]:
-    """Mix channels of a large array, so that events cost a quarter to look for.
-
-    Lost samples hit all channels; a knock in one channel stands 6 dB lower in the
-    mix of four, still far above the limits. Signs alternate, so that equal channels
-    do not only add up.
-    """
-    names = [[int(channel)] for channel in block]
-    if channels <= CHANNELS_SINGLE:
-        return lags, rows, names
-    level = np.sqrt(np.einsum("cn,cn->c", rows, rows) / rows.shape[1])
-    weight = np.where(level > 0, 1 / np.where(level > 0, level, 1), 0)
-    weight *= np.resize([1.0, 1.0, -1.0, 1.0], weight.size)
-    return (
-        np.einsum("c,cn->n", weight, lags)[np.newaxis],
-        np.einsum("c,cn->n", weight, rows)[np.newaxis],
-        [[int(channel) for channel in block]],
     )
 
 

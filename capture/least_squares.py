@@ -1,4 +1,4 @@
-"""Small least squares without BLAS, whose threads may cost a second on a busy machine."""
+"""Small least squares without BLAS: its threads may cost a second on a busy machine."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -67,6 +67,9 @@ class Limits:
         Direct sound against geometry.
     dc_dbfs : float
         Constant part.
+    crest_sigmas, crest_percent : float
+        Predicted wave beyond the recording's extreme: in standard errors of the
+        prediction, and in percent of the extreme.
     crosstalk_db : float
         Electrical copy at time zero relative to the direct sound.
     """
@@ -87,4 +90,6 @@ class Limits:
     drowned_db: float = 3.0
     direct_s: float = 1e-4
     dc_dbfs: float = -60.0
+    crest_sigmas: float = 6.0
+    crest_percent: float = 0.05
     crosstalk_db: float = -20.0

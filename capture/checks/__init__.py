@@ -14,6 +14,7 @@ from capture.checks.hum import check_hum
 from capture.checks.loopback import check_loopback
 from capture.checks.noise import check_noise
 from capture.checks.silence import check_silence
+from capture.checks.swapped import check_swapped
 from capture.checks.sweep import check_sweep
 from capture.checks.table import CHECKS, Check
 from capture.checks.tail import check_tail
@@ -37,6 +38,7 @@ __all__ = [
     "check_loopback",
     "check_noise",
     "check_silence",
+    "check_swapped",
     "check_sweep",
     "check_tail",
     "check_zeros",

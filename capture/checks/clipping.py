@@ -13,6 +13,9 @@ __all__ = ["check_clipping"]
 LONGEST_LOOK = 400
 FEWEST = 8
 FEWEST_IN_ROW = 3
+FEWEST_EQUAL = 2
+NEAR_TOP, SPACINGS = 0.9, 8
+SMALLEST_CHANCE = 1e-6
 STEEP = 4.0
 CROWD = 6.0
 
@@ -23,7 +26,8 @@ def check_clipping(take: Evidence) -> Iterator[Verdict]:
 
     A clipped wave enters its plateau steeply; the top of a quantised slow sine is
     flat too, but its last step is one quantum. And many samples share the extreme
-    value while next to none lie just below.
+    value while next to none lie just below. What was clipped before a filter has no
+    plateau left: there the response predicts crests that the recording lacks.
     """
     rows = [(int(index), row) for index, row in enumerate(take.recording)]
     if take.reference.loopback is not None:
@@ -33,6 +37,7 @@ def check_clipping(take: Evidence) -> Iterator[Verdict]:
         count, at = clipped_samples(row)
         counts.append(count)
         if not count:
+            yield from _cut_crests(take, channel)
             continue
         name = "the loopback" if channel < 0 else f"channel {channel}"
         level = 20 * np.log10(max(np.abs(row).max(), 1e-30))
@@ -48,6 +53,32 @@ def check_clipping(take: Evidence) -> Iterator[Verdict]:
             at / take.sample_rate,
         )
     take.figures["clipped_samples"] = counts
+
+
+def _cut_crests(take: Evidence, channel: int) -> Iterator[Verdict]:
+    """Find crests cut so smoothly that no two samples are equal."""
+    crests = take.crests
+    if crests is None or channel < 0 or not take.finite[channel]:
+        return
+    excess, sigma = float(crests.excess[channel]), float(crests.sigma[channel])
+    top, limits = float(take.peaks[channel]), take.limits
+    limit = max(limits.crest_sigmas * sigma, limits.crest_percent / 100 * top)
+    if not excess > limit:
+        return
+    at = int(crests.at[channel])
+    over = 20 * np.log10(1 + excess / top)
+    yield Verdict(
+        "clipped",
+        True,
+        f"channel {channel} is clipped at {20 * np.log10(top):.1f} dBFS, or limited: "
+        f"its response predicts a crest {over:.2f} dB higher at {take.seconds(at)}; "
+        "lower the gain",
+        excess / top,
+        limit / top,
+        "",
+        channel,
+        at / take.sample_rate,
+    )
 
 
 def clipped_samples(row: np.ndarray) -> tuple[int, int]:
@@ -70,7 +101,7 @@ def clipped_samples(row: np.ndarray) -> tuple[int, int]:
 
 def _plateau(row: np.ndarray, top: float) -> tuple[int, int]:
     on = np.flatnonzero(row == top)
-    if on.size < FEWEST_IN_ROW:
+    if on.size < FEWEST_EQUAL:
         return 0, row.size
     breaks = np.flatnonzero(np.diff(on) > 1)
     starts = np.concatenate(([on[0]], on[breaks + 1]))
@@ -90,4 +121,19 @@ def _plateau(row: np.ndarray, top: float) -> tuple[int, int]:
     close = np.abs(row - top)
     below = np.count_nonzero((close > 0.5 * width) & (close < 1.5 * width))
     crowded = on.size >= FEWEST and on.size > CROWD * (below + 1) and np.any(steep)
+    crowded = crowded or _chance(row, top, on.size, quantum) < SMALLEST_CHANCE
     return (int(on.size), int(on[0])) if crowded else (0, row.size)
+
+
+def _chance(row: np.ndarray, top: float, count: int, quantum: float) -> float:
+    """Return how likely so many samples share the extreme of an uncut wave.
+
+    Neighbours in the order of size are about as far apart at the very top as just
+    below it; what is closer than a quantum is equal.
+    """
+    values = np.abs(row[np.sign(top) * row > NEAR_TOP * abs(top)])
+    values = np.unique(values)[-1 - SPACINGS :]
+    if values.size <= SPACINGS:
+        return 1.0
+    spacing = float(values[-1] - values[0]) / SPACINGS
+    return min(1.0, 2 * quantum / spacing) ** (count - 1)

@@ -50,34 +50,40 @@ def harmonic_share(take: Evidence) -> np.ndarray:
         return np.full(len(take.recording), np.nan)
     floor = take.noise.before
     floor = np.where(np.isfinite(floor), floor, take.noise.floor)
+    total = np.zeros(len(take.recording))
+    # Channels of one start share their windows: an array has few of them.
+    for start in np.unique(take.start):
+        rows = np.flatnonzero(take.start == start)
+        for order in ORDERS:
+            total[rows] += _share(take, order, rows, float(start), floor[rows])
+    return np.sqrt(np.clip(total, 0.0, 1.0))
+
+
+def _share(
+    take: Evidence, order: int, rows: np.ndarray, start: float, floor: np.ndarray
+) -> np.ndarray:
+    """Return the energy of one harmonic over the linear response, per channel."""
+    energies, rate = take.energies, take.reference.excitation.rate
+    lags = energies.lags - start
+    lead = rate * np.log(order)
+    room = min(AFTER_S, rate * np.log(order / (order - 1)) - BEFORE_S)
+    window = np.flatnonzero((lags > -lead - BEFORE_S) & (lags < -lead + room))
+    linear = np.flatnonzero((lags > -BEFORE_S) & (lags < room))
+    use = (energies.centers > LOWEST_HZ) & (
+        energies.centers > 1.5 * order * take.reference.excitation.band[0]
+    )
+    inside = energies.valid()[:, window] & use[:, np.newaxis]
+    count = np.count_nonzero(inside, axis=1)
+    energy = energies.energy[rows]
+    found = np.where(inside, energy[:, :, window], 0.0).sum(axis=-1)
+    base = energy[:, :, linear].sum(axis=-1)
+    noise = floor * count
+    usable = (count > 0) & (base > 0)
+    ratios = np.where(found > ABOVE_NOISE * noise, found - noise, 0.0)
+    ratios /= np.where(base > 0, base, 1.0)
     return np.array(
         [
-            _share(take, channel, floor[channel])
-            for channel in range(len(take.recording))
+            np.median(row[good]) if np.any(good) else 0.0
+            for row, good in zip(ratios, usable, strict=True)
         ]
     )
-
-
-def _share(take: Evidence, channel: int, floor: np.ndarray) -> float:
-    energies, rate = take.energies, take.reference.excitation.rate
-    energy, valid = energies.energy[channel], energies.valid()
-    lags = energies.lags - take.start[channel]
-    total = 0.0
-    for order in ORDERS:
-        lead = rate * np.log(order)
-        room = min(AFTER_S, rate * np.log(order / (order - 1)) - BEFORE_S)
-        window = (lags > -lead - BEFORE_S) & (lags < -lead + room)
-        linear = (lags > -BEFORE_S) & (lags < room)
-        use = (energies.centers > LOWEST_HZ) & (
-            energies.centers > 1.5 * order * take.reference.excitation.band[0]
-        )
-        ratios = []
-        for octave in np.flatnonzero(use):
-            inside = window & valid[octave]
-            noise = floor[octave] * np.count_nonzero(inside)
-            found, base = energy[octave, inside].sum(), energy[octave, linear].sum()
-            if np.any(inside) and base > 0:
-                clear = found > ABOVE_NOISE * noise
-                ratios.append((found - noise) / base if clear else 0.0)
-        total += float(np.median(ratios)) if ratios else 0.0
-    return float(np.sqrt(min(max(total, 0.0), 1.0)))

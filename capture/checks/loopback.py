@@ -20,7 +20,7 @@ FEWEST = 8
 def check_loopback(take: Evidence) -> Iterator[Verdict]:
     """Refuse takes whose loopback slipped, broke, or changed its gain."""
     cable = take.cable
-    if cable is None:
+    if cable is None or take.swapped:
         return
     if cable.compactness < COMPACT_SHARE and cable.slip is None:
         yield Verdict(

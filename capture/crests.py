@@ -1,0 +1,110 @@
+"""Crests that a channel should have reached and did not: clipping, however smooth."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Crests", "measure_crests"]
+
+Array = NDArray[np.float64]
+
+BLOCK_S = 0.01
+QUIETEST, LOUDEST = 0.3, 0.8
+FEWEST = 8
+QUANTILE = 0.9
+NEAR = 0.75
+
+
+@dataclass(frozen=True, eq=False)
+class Crests:
+    """How far the predicted wave overshoots the extremes of the recorded one.
+
+    Attributes
+    ----------
+    excess : ndarray, shape (channels,)
+        Overshoot over the extreme that it passes; NaN if unknown.
+    sigma : ndarray, shape (channels,)
+        Error of the prediction at full level, in the same unit.
+    at : ndarray of int, shape (channels,)
+        Sample at which it passes by most.
+    """
+
+    excess: Array
+    sigma: Array
+    at: NDArray[np.intp]
+
+    @staticmethod
+    def joined(parts: "Sequence[Crests]") -> "Crests":
+        """Return several as one."""
+        return Crests(
+            np.concatenate([part.excess for part in parts]),
+            np.concatenate([part.sigma for part in parts]),
+            np.concatenate([part.at for part in parts]),
+        )
+
+
+def measure_crests(
+    recordings: Array, unexplained: NDArray[np.float32], sample_rate: float
+) -> Crests:
+    """Compare the extremes of recordings with what the response predicts there.
+
+    A clipped recording never passes its extreme, but the response played through
+    the excitation does, since clipping is no filter. How well the prediction fits
+    is told by the blocks that are too quiet to be clipped.
+
+    Parameters
+    ----------
+    recordings : ndarray, shape (channels, n)
+        What was recorded, without its mean.
+    unexplained : ndarray, shape (channels, n)
+        What of it the linear response does not explain.
+    sample_rate : float
+        Sampling rate, Hz.
+    """
+    size = max(round(BLOCK_S * sample_rate), 8)
+    found = [
+        _overshoot(row, rest, size)
+        for row, rest in zip(recordings, unexplained, strict=True)
+    ]
+    excess, sigma, at = zip(*found, strict=True)
+    return Crests(np.array(excess), np.array(sigma), np.array(at, dtype=np.intp))
+
+
+def _overshoot(
+    row: Array, rest: NDArray[np.float32], size: int
+) -> tuple[float, float, int]:
+    top = float(max(row.max(), -row.min()))
+    if row.size < size * FEWEST or not top > 0:
+        return np.nan, np.nan, 0
+    predicted = row - rest
+    sigma = _prediction_error(predicted, rest, size, top)
+    best, where = -np.inf, 0
+    for sign in (1.0, -1.0):
+        reached = float((sign * row).max())
+        # A gap or a knock is no plateau: there the recording is far from its extreme.
+        high = np.flatnonzero(sign * row > NEAR * reached)
+        if not high.size:
+            continue
+        at = int(high[np.argmax(sign * predicted[high])])
+        excess = sign * float(predicted[at]) - reached
+        if excess > best:
+            best, where = excess, at
+    return best if np.isfinite(best) else 0.0, sigma, where
+
+
+def _prediction_error(
+    predicted: Array, rest: NDArray[np.float32], size: int, top: float
+) -> float:
+    """Return the error at full level: noise, and what grows with the level."""
+    count = rest.size // size
+    error = np.sqrt(np.mean(rest[: count * size].reshape(count, size) ** 2, axis=1))
+    waves = predicted[: count * size].reshape(count, size)
+    level = np.maximum(waves.max(axis=1), -waves.min(axis=1))
+    noise = float(np.median(error))
+    safe = (level > QUIETEST * top) & (level < LOUDEST * top)
+    if np.count_nonzero(safe) < FEWEST:
+        return np.nan
+    growing = np.sqrt(np.maximum(error[safe] ** 2 - noise**2, 0)) / level[safe]
+    return float(np.hypot(noise, top * np.quantile(growing, QUANTILE)))
