@@ -18,7 +18,8 @@ from rir import Poses
 
 __all__ = ["Completion"]
 
-MOST_ROWS = 400
+MOST_ROWS, LEAST_ROWS = 400, 120
+MOST_SAMPLES = 1_000_000
 MOST_FOLDS = 5
 LEAST_PER_FOLD = 6
 LEVEL_ALARM_DB = 1.0
@@ -63,8 +64,9 @@ class Completion:
         paths : object or None
             The paths; their ``speed_of_sound`` and ``length_sd`` are used.
         """
-        if len(fit_set) > MOST_ROWS:
-            kept = _spread_rows(fit_set, MOST_ROWS)
+        most = int(np.clip(MOST_SAMPLES // fit_set.n_samples, LEAST_ROWS, MOST_ROWS))
+        if len(fit_set) > most:
+            kept = _spread_rows(fit_set, most)
             fit_set, early = fit_set.rows(kept), early[kept]
         speed = float(getattr(paths, "speed_of_sound", fit_set.speed_of_sound))
         tiles = Tiles(fit_set.sample_rate, fit_set.n_samples)

@@ -16,6 +16,7 @@ TRUSTED, LOST = 0.7, 0.3
 NULL_SIGMAS = 3.0
 MOST_GAIN = 2.0
 LEAST_ROWS = 8
+LEAST_SURE = 0.1
 QUIET = 1e-12
 
 
@@ -121,8 +122,11 @@ def _judged(
     gain = np.where(explained, 1.0, np.clip(gain, 0.0, MOST_GAIN))
     trusted = (coherence > TRUSTED * expected) & (coherence > chance)
     lost = (coherence < LOST * expected) | (coherence < chance)
+    sure = explained | (trusted & ~lost)
     better = _mean_square(path_misfit[rows]) < _mean_square(model_misfit[rows])
-    share = np.where(explained | (trusted & ~lost) | better, 1.0, 0.0)
+    # Paths that agree hardly anywhere are no better for their energy by chance.
+    better &= sure[:, -(-3 * sure.shape[1] // 10) :].mean() >= LEAST_SURE
+    share = np.where(sure | better, 1.0, 0.0)
     starved = told * MOST_GAIN**2 < 0.25 * measured
     share = np.where(starved & ~explained, 0.0, share)
     return gain, share, coherence
