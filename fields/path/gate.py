@@ -125,7 +125,8 @@ def _judged(
     sure = explained | (trusted & ~lost)
     better = _mean_square(path_misfit[rows]) < _mean_square(model_misfit[rows])
     # Paths that agree hardly anywhere are no better for their energy by chance.
-    better &= sure[:, -(-3 * sure.shape[1] // 10) :].mean() >= LEAST_SURE
+    late = min(-(-3 * sure.shape[1] // 10), sure.shape[1] - 1)
+    better &= sure[:, late:].mean() >= LEAST_SURE
     share = np.where(sure | better, 1.0, 0.0)
     starved = told * MOST_GAIN**2 < 0.25 * measured
     share = np.where(starved & ~explained, 0.0, share)
