@@ -3,11 +3,15 @@
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from fields.compare import CompareConfig, compare
 from fields.results import ResultTable
 from rir.config import load_yaml
 
+Row = dict[str, Any]
+ERRORS = ("C50", "STFT", "STFT*", "Amp", "EDT", "T60")
+GAPS = ("swap C50", "swap seen C50")
 CONFIG = Path(__file__).with_name("configs") / "exchange.yaml"
 
 
@@ -41,16 +45,39 @@ def _small(config: CompareConfig) -> CompareConfig:
 
 def _show(table: ResultTable) -> None:
     rows = {row["method"]: row for row in table.rows}
-    print(f"{table.title} [{table.mark}]: change by exchange, per cent")
-    for method, row in rows.items():
-        partner = rows.get(method.replace(" vanilla", " exchange"))
-        if partner is None or partner is row:
-            continue
-        gains = ", ".join(
-            f"{name} {100 * (partner[name] / row[name] - 1):+.0f}"
-            for name in ("C50", "STFT", "STFT*", "Amp", "EDT", "swap C50")
-        )
-        print(f"  {method.removesuffix(' vanilla'):12s} {gains}")
+    pairs = {
+        name: (row, rows[name.replace(" vanilla", " exchange")])
+        for name, row in rows.items()
+        if " vanilla" in name and name.replace(" vanilla", " exchange") in rows
+    }
+    _print_changes(table, "exchange against vanilla", pairs)
+    exchanged = [row for name, row in rows.items() if name.endswith(" exchange")]
+    taught = {name: row for name, row in rows.items() if " ssl" in name}
+    if exchanged and taught:
+        against = {name: (exchanged[0], row) for name, row in taught.items()}
+        title = f"self-supervision against {exchanged[0]['method']}"
+        _print_changes(table, title, against)
+
+
+def _print_changes(
+    table: ResultTable, title: str, pairs: dict[str, tuple[Row, Row]]
+) -> None:
+    """Print by how much errors change, and how many times smaller swap gaps get."""
+    print(f"{table.title} [{table.mark}]: {title}, per cent")
+    changes = [
+        {name: 100 * (after[name] / before[name] - 1) for name in ERRORS}
+        for before, after in pairs.values()
+    ]
+    for method, one, (before, after) in zip(
+        pairs, changes, pairs.values(), strict=True
+    ):
+        gaps = [f"{name} / {before[name] / after[name]:.1f}" for name in GAPS]
+        line = [f"{name} {value:+.0f}" for name, value in one.items()]
+        print(f"  {method:22s} {', '.join(line + gaps)}")
+    if len(changes) > 1:
+        means = {name: sum(one[name] for one in changes) for name in ERRORS}
+        line = [f"{name} {total / len(changes):+.0f}" for name, total in means.items()]
+        print(f"  {'mean':22s} {', '.join(line)}")
 
 
 if __name__ == "__main__":

@@ -97,6 +97,9 @@ def _checks(rows: list[dict[str, Any]]) -> dict[str, float]:
         f"swap {name}": _average([row["swap"][name] for row in rows])
         for name in METRIC_UNITS
     }
+    found["swap seen C50"] = _average(
+        [row.get("swap seen", {}).get("C50", np.nan) for row in rows]
+    )
     known = dict.fromkeys(name for row in rows for name in row["pattern"])
     for name in known:
         found[name] = _average([row["pattern"].get(name, np.nan) for row in rows])
