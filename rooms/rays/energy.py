@@ -18,13 +18,13 @@ FloatArray = NDArray[np.float64]
 _WEAKEST = 1e-9
 """A ray ends when every band has lost 90 dB."""
 
-_THINNING = (0.25, 0.5)
-"""Half of the rays end at each of these shares of the duration, if nothing scatters."""
+_THINNING = (0.2, 0.4)
+"""Half of the rays end at each of these shares of the duration."""
 
 _MIRRORED = 0.4
 """Share of the rays that follow mirrors only, where surfaces scatter."""
 
-_PATCHES = 2.0
+_PATCHES = 1.5
 """Patches per root of the rays, within limits: finer where noise is lower."""
 
 _FEWEST, _MOST = 64, 8192
@@ -289,7 +289,7 @@ class _Tracer:
         geometry, each = self.geometry, self.each[int(scatter)]
         key = np.random.default_rng((self.seed, batch, int(scatter)))
         count = len(self.patches) if self.scatters else 0
-        flux = np.zeros((count, self.bins, self.kept.shape[1]), dtype=np.float32)
+        flux = np.zeros((count, *grid.shape[1:]), dtype=np.float32)
         self.segments += trace(
             geometry.hierarchy.arrays,
             geometry.panels.of_face,
@@ -305,7 +305,7 @@ class _Tracer:
             self.per_bin,
             self.skip,
             1e-12 * geometry.diagonal,
-            np.array(() if self.scatters else _THINNING) * self.reach,
+            np.array(_THINNING) * self.reach,
             _WEAKEST,
             key.integers(2**64, dtype=np.uint64),
             grid,
@@ -315,7 +315,8 @@ class _Tracer:
         grid *= 4 * np.pi / each
         if not self.scatters:
             return None
-        return transformed(flux[self.active]) * (4 * np.pi / each)
+        some = flux if len(self.active) == len(flux) else flux[self.active]
+        return transformed(some, 4 * np.pi / each)
 
     def _meet(
         self, here: Flux, there: Flux

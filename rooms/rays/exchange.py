@@ -34,12 +34,12 @@ class Flux:
     scattered: list[ComplexArray]
 
 
-def transformed(flux: NDArray[np.float32]) -> ComplexArray:
-    """Return the transform over time of a flux, shape (patches, bins, bands)."""
+def transformed(flux: NDArray[np.float32], scale: float) -> ComplexArray:
+    """Return the transform over time of a scaled flux, shape (patches, bins, bands)."""
     from scipy.fft import next_fast_len, rfft
 
     length = next_fast_len(2 * flux.shape[1], real=True)
-    return np.asarray(rfft(flux.astype(float), length, axis=1))
+    return np.asarray(rfft(np.multiply(flux, scale, dtype=float), length, axis=1))
 
 
 def exchanged(here: Flux, there: Flux, share: FloatArray, bins: int) -> FloatArray:

@@ -14,6 +14,10 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
+_LONGEST = 3.0
+"""Parts of triangles are no longer than about so many sides of a square patch."""
+
+
 @dataclass(frozen=True, eq=False)
 class Patches:
     """Parts of triangles, or groups of small triangles, each lit from one side.
@@ -67,8 +71,10 @@ def find_patches(geometry: MeshGeometry, count: int) -> Patches:
     piece = np.sqrt(float(area.sum()) / max(count, 1))
     sides = np.stack([np.linalg.norm(v, axis=1) for v in (one, other)], axis=1)
     parts = np.maximum(1, np.rint(sides / piece)).astype(np.int64)
-    # a triangle is cut into triangles like itself
-    parts = np.where(whole[:, None], parts, parts.max(axis=1)[:, None])
+    # a triangle is cut into the square of a number of triangles like itself
+    even = np.maximum(np.sqrt(area) / piece, sides.max(axis=1) / (_LONGEST * piece))
+    cuts = np.maximum(1, np.rint(even)).astype(np.int64)[:, None]
+    parts = np.where(whole[:, None], parts, cuts)
     across = np.stack([np.cross(other, plane), np.cross(plane, one)], axis=1)
     across *= (parts / np.maximum(square, 1e-300)[:, None])[..., None]
     numbers = _numbered(geometry, parts, area, np.sqrt(2) * piece)
