@@ -92,4 +92,4 @@ class Limits:
     dc_dbfs: float = -60.0
     crest_sigmas: float = 6.0
     crest_percent: float = 0.05
-    crosstalk_db: float = -20.0
+    crosstalk_db: float = -65.0

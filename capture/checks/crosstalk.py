@@ -1,4 +1,4 @@
-"""Electrical copies of the output in a microphone channel, and swapped cables."""
+"""Electrical copies of the output in a microphone channel."""
 
 from collections.abc import Iterator
 
@@ -10,55 +10,72 @@ from capture.verdict import Verdict
 
 __all__ = ["check_crosstalk"]
 
-SPIKE_S = 0.0005
-CLEAR_S = 0.002
-CABLE_SHARE = 0.98
+SPIKE_S = 0.0001
+CLEAR_S = 0.0005
+NEAREST_S = 0.002
+"""A direct sound earlier than this cannot be told from a copy of the output."""
+LOOK_S = 0.06
+LOW_HZ, HIGH_HZ = 500.0, 2000.0
+FEWEST = 32
+ABOVE = 8.0
 
 
 @CHECKS.add("crosstalk")
 def check_crosstalk(take: Evidence) -> Iterator[Verdict]:
-    """Mark a spike at time zero; refuse a microphone channel that is the cable."""
-    if take.cable is None:
+    """Mark a spike at time zero, before any sound can have arrived.
+
+    It must stand out of what else lies before the direct sound: noise, and the
+    ringing of the band's edges, which a high-pass shortens.
+    """
+    take.figures["crosstalk_db"] = [None] * len(take.response)
+    if take.cable is None or take.swapped:
         return
-    spike = max(round(SPIKE_S * take.sample_rate), 2)
-    pre = take.reference.excitation.pre
-    energy = take.response**2
-    total = energy.sum(axis=1)
-    zero = slice(max(pre - spike, 0), pre + spike)
-    later = energy[:, pre + round(CLEAR_S * take.sample_rate) :].max(axis=1, initial=0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        level = 10 * np.log10(energy[:, zero].max(axis=1, initial=0) / later + 1e-30)
-    # A stronger "copy" is a direct sound without flight time, as in a test by cable.
-    level = np.where(level < 0, level, np.nan)
-    peak = np.argmax(energy, axis=1)
-    near = np.array(
-        [
-            row[max(at - spike, 0) : at + spike].sum()
-            for row, at in zip(energy, peak, strict=True)
-        ]
-    )
-    take.figures["crosstalk_db"] = [
-        round(float(value), 1) if np.isfinite(value) else None for value in level
-    ]
-    for channel in np.flatnonzero(take.finite & (total > 0)):
-        if near[channel] > CABLE_SHARE * total[channel] and (
-            take.cable.compactness < near[channel] / total[channel]
-        ):
-            yield Verdict(
-                "swapped_channels",
-                True,
-                f"channel {channel} carries the output by cable and the loopback "
-                "does not: are the two swapped?",
-                channel=int(channel),
-            )
-        elif level[channel] > take.limits.crosstalk_db:
-            yield Verdict(
-                "crosstalk",
-                False,
-                f"channel {channel} has a copy of the output at time zero, "
-                f"{level[channel]:.0f} dB relative to the direct sound",
-                float(level[channel]),
-                take.limits.crosstalk_db,
-                "dB",
-                int(channel),
-            )
+    for channel in np.flatnonzero(take.finite & (take.peaks > 0)):
+        found = _spike(take, int(channel))
+        if found is None:
+            continue
+        level, contrast = found
+        take.figures["crosstalk_db"][channel] = round(level, 1)
+        if contrast < ABOVE or level < take.limits.crosstalk_db:
+            continue
+        yield Verdict(
+            "crosstalk",
+            False,
+            f"channel {channel} has a copy of the output at time zero, "
+            f"{level:.0f} dB relative to the direct sound",
+            level,
+            take.limits.crosstalk_db,
+            "dB",
+            int(channel),
+        )
+
+
+def _spike(take: Evidence, channel: int) -> tuple[float, float] | None:
+    """Return level re direct sound [dB] and contrast of what stands at time zero."""
+    rate, pre = take.sample_rate, take.reference.excitation.pre
+    look = take.response[channel, : pre + round(LOOK_S * rate)]
+    size = np.abs(_high_passed(look, rate))
+    later = pre + round(NEAREST_S * rate)
+    if size.size <= later or not np.any(size):
+        return None
+    direct = later + int(np.argmax(size[later:]))
+    spike, clear = max(round(SPIKE_S * rate), 2), max(round(CLEAR_S * rate), 8)
+    # The direct sound rings before itself, so that only its earlier half is quiet.
+    top = size[max(pre - spike, 0) : pre + spike + 1].max()
+    early = size[max(pre - 20 * clear, 0) : max(pre - clear, 0)]
+    late = size[pre + clear : pre + max((direct - pre) // 2, clear)]
+    around = np.concatenate((early, late))
+    if around.size < FEWEST or top >= size[direct]:
+        return None
+    usual = np.sqrt(np.mean(around**2))
+    contrast = float(top / max(usual, 1e-300))
+    return float(20 * np.log10(max(top / size[direct], 1e-30))), contrast
+
+
+def _high_passed(row: np.ndarray, rate: float) -> np.ndarray:
+    """Return a row without what rings long, in zero phase."""
+    n = 2 * row.size
+    f = np.fft.rfftfreq(n, 1 / rate)
+    rise = np.log(np.maximum(f, 1e-9) / LOW_HZ) / np.log(HIGH_HZ / LOW_HZ)
+    gain = np.sin(np.pi / 2 * np.clip(rise, 0, 1)) ** 2
+    return np.fft.irfft(np.fft.rfft(row, n) * gain, n)[: row.size]
