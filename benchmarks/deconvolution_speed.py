@@ -1,8 +1,10 @@
 """How fast is deconvolution, checks included, against pyfar? Both in one run."""
 
 import argparse
+import importlib
 import importlib.util
 import json
+import subprocess
 import sys
 import time
 import tracemalloc
@@ -12,20 +14,51 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.fft import next_fast_len
 
 from capture import deconvolve, synchronized_sweep
 
 RATE = 48000
 
 
-def cpu(work: Callable[[], Any], rounds: int) -> float:
-    """Return the least CPU seconds of several runs."""
-    times = []
+Work = Callable[[], Any]
+
+
+def fastest(works: dict[str, Work], rounds: int) -> dict[str, float]:
+    """Return the least CPU seconds of each work; rounds go through all in turn."""
+    best = dict.fromkeys(works, float("inf"))
     for _ in range(rounds):
-        begin = time.process_time()
-        work()
-        times.append(time.process_time() - begin)
-    return min(times)
+        for name, work in works.items():
+            begin = time.process_time()
+            work()
+            best[name] = min(best[name], time.process_time() - begin)
+    return best
+
+
+def peak_rss_mb(code: str) -> float:
+    """Return the largest resident set of a fresh interpreter that runs code, MB."""
+    # Not getrusage: a child begins with its parent's figure there.
+    told = "print([a.split()[1] for a in open('/proc/self/status') if 'VmHWM' in a][0])"
+    done = subprocess.run(
+        [sys.executable, "-c", f"{code}\n{told}"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return int(done.stdout.split()[-1]) / 1000
+
+
+MEMORY = """
+import numpy as np
+from capture import deconvolve, synchronized_sweep
+sweep = synchronized_sweep(10, 22000, {seconds}, {rate}, band=(20, 20000))
+def go(rows):
+    return deconvolve(rows, sweep, {rate}, band=(20, 20000), length={length}, pre=2400)
+rng = np.random.default_rng(0)
+go(rng.standard_normal((1, {n})))
+if {all}:
+    go(rng.standard_normal(({channels}, {n})))
+"""
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -33,6 +66,7 @@ def main(argv: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--samples", type=int, help="length of the recording")
     parser.add_argument(
         "--out", type=Path, default=Path("results/deconvolution_speed.json")
     )
@@ -40,58 +74,90 @@ def main(argv: list[str] | None = None) -> int:
     seconds, channels = (3, 4) if chosen.quick else (10, 32)
     rounds = 1 if chosen.quick else chosen.rounds
     sweep = synchronized_sweep(10, 22000, seconds, RATE, band=(20, 20000))
-    n = sweep.size + 2 * RATE
+    n = chosen.samples or (seconds + 2) * RATE
     rng = np.random.default_rng(0)
     played = np.pad(np.asarray(sweep), (0, n - sweep.size))
     delays = rng.integers(0, RATE // 4, channels)
     recording = np.stack([np.roll(played, d) for d in delays])
     recording += 1e-4 * rng.standard_normal(recording.shape)
 
-    def ours(rows: np.ndarray) -> object:
+    length = RATE + RATE // 2
+
+    def ours(rows: np.ndarray, *, checks: bool = True) -> object:
         return deconvolve(
-            rows, sweep, RATE, band=(20, 20000), length=RATE + RATE // 2, pre=2400
+            rows,
+            sweep,
+            RATE,
+            band=(20, 20000),
+            length=length,
+            pre=2400,
+            checks=checks,
         )
 
-    ours(recording[:1])
-    found = {"channels": channels, "seconds": n / RATE}
-    found["ours_cpu_s"] = cpu(lambda: ours(recording), rounds)
-    four = cpu(lambda: ours(recording[:4]), rounds)
-    found["four_channels_share_of_take"] = four / (n / RATE)
-    tracemalloc.start()
-    ours(recording)
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    output = channels * (RATE + RATE // 2 + 2400) * 8
-    found["extra_memory_over_input"] = (peak - output) / recording.nbytes
+    works: dict[str, Work] = {
+        "checked": lambda: ours(recording),
+        "unchecked": lambda: ours(recording, checks=False),
+        "four_channels": lambda: ours(recording[:4]),
+    }
     if importlib.util.find_spec("pyfar"):
-        found.update(_pyfar(recording, played, rounds))
-        for key in ("circular", "linear"):
-            ratio = found[f"pyfar_{key}_cpu_s"] / found["ours_cpu_s"]
-            found[f"ratio_{key}"] = ratio
+        works |= _pyfar(recording, played)
+    spent = fastest(works, rounds)
+    found: dict[str, float] = {"channels": channels, "samples": n}
+    found |= {f"{name}_cpu_s": value for name, value in spent.items()}
+    found["four_channels_share_of_take"] = spent["four_channels"] / (n / RATE)
+    for peer in ("pyfar_circular", "pyfar_linear"):
+        for mine in ("checked", "unchecked"):
+            if peer in spent:
+                found[f"{peer}_over_{mine}"] = spent[peer] / spent[mine]
+    found |= _memory(recording, ours, seconds, length)
     for key, value in found.items():
-        print(f"{key:28s} {value:8.3f}")
+        print(f"{key:32s} {value:8.3f}")
     chosen.out.parent.mkdir(parents=True, exist_ok=True)
     chosen.out.write_text(json.dumps(found, indent=1))
     return 0
 
 
-def _pyfar(recording: np.ndarray, played: np.ndarray, rounds: int) -> dict[str, float]:
-    import pyfar
+def _memory(
+    recording: np.ndarray,
+    ours: Callable[..., object],
+    n: int,
+    seconds: int,
+    length: int,
+) -> dict[str, float]:
+    """Return memory over that of input and output: what Python sees, and all."""
+    channels, n = recording.shape
+    both = recording.nbytes + channels * (length + 2400) * 8
+    tracemalloc.start()
+    ours(recording)
+    traced = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    given = {"seconds": seconds, "rate": RATE, "n": n, "channels": channels}
+    one, whole = (
+        peak_rss_mb(MEMORY.format(**given, length=length, all=together))
+        for together in (False, True)
+    )
+    # What one channel needs is taken off: interpreter, libraries, its transforms.
+    return {
+        "traced_over_input_and_output": (traced + recording.nbytes) / both,
+        "resident_over_input_and_output": (whole - one) * 1e6 / both,
+    }
 
-    heard, reference = pyfar.Signal(recording, RATE), pyfar.Signal(played, RATE)
-    linear = 1 << int(np.ceil(np.log2(2 * played.size)))
-    linear = min(linear, 1105920) if linear > 1105920 >= 1.9 * played.size else linear
-    found = {}
-    for name, length in (("circular", None), ("linear", linear)):
+
+def _pyfar(recording: np.ndarray, played: np.ndarray) -> dict[str, Work]:
+    """Return pyfar's work, in time in, in time out, with and without wrapping."""
+    pyfar: Any = importlib.import_module("pyfar")
+
+    def work(n_fft: int | None) -> Any:
+        heard, reference = pyfar.Signal(recording, RATE), pyfar.Signal(played, RATE)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            found[f"pyfar_{name}_cpu_s"] = cpu(
-                lambda length=length: pyfar.dsp.deconvolve(
-                    heard, reference, length, frequency_range=(20, 20000)
-                ),
-                rounds,
+            found = pyfar.dsp.deconvolve(
+                heard, reference, n_fft, frequency_range=(20, 20000)
             )
-    return found
+            return found.time
+
+    linear = next_fast_len(2 * played.size - 1, real=True)
+    return {"pyfar_circular": lambda: work(None), "pyfar_linear": lambda: work(linear)}
 
 
 if __name__ == "__main__":

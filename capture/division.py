@@ -181,6 +181,7 @@ class Divider:
                 heard[0] += row
                 mixed[0] += lag
             energies.append(energy)
+            del rows, lags, row, lag  # a group of an array shall not hold its last
         rest = resynthesise(mixed, self._reference, self._gate, self._n)
         residual = compare_blocks(rest, heard, excitation.sample_rate)
         groups = [list(range(first, last))]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from capture.arrangement import as_float
 from capture.checks import CHECKS
 from capture.crests import Crests
-from capture.division import Divider
+from capture.division import Divider, divide
 from capture.energy import EnergyMap, Octaves
 from capture.evidence import Evidence
 from capture.reference import Reference
@@ -17,7 +17,7 @@ from capture.residual import Residual
 from capture.stretch import apply_stretch
 from capture.verdict import Limits, Verdict
 
-__all__ = ["Examined", "examine"]
+__all__ = ["Examined", "divide_only", "examine"]
 
 Array = NDArray[np.float64]
 
@@ -64,6 +64,21 @@ def examine(
     response = evidence.response
     response[~evidence.finite] = np.nan
     return Examined(response, reference, tuple(verdicts), evidence.figures)
+
+
+def divide_only(take: NDArray[Any], reference: Reference) -> Examined:
+    """Deconvolve one take and look at nothing.
+
+    Parameters
+    ----------
+    take : ndarray, shape (channels, n)
+        The recording, of any real type.
+    reference : Reference
+        What to divide by.
+    """
+    response = divide(as_float(take), reference)
+    _restore_clock(response, reference)
+    return Examined(response, reference, (), {})
 
 
 def _divide(

@@ -100,7 +100,7 @@ def _smooth_gain(
     # a falling spectrum's strong part would outweigh a weak one.
     whiten = 1 / (power + _weakest(excitation, power))
     cross = excitation.inverse(undelayed * np.conj(played) * whiten) * window
-    auto = excitation.inverse(power * whiten) * window
+    auto = excitation.inverse((power * whiten).astype(complex)) * window
     bottom = excitation.transform(auto).real
     return excitation.transform(cross) / np.maximum(bottom, LEAST_SHARE)
 

@@ -108,6 +108,19 @@ def test_many_channels_are_as_exact_as_one(sweep: Array, rooms: Array) -> None:
     np.testing.assert_allclose(together[7], alone, atol=1e-12 * np.abs(alone).max())
 
 
+def test_dividing_without_checks_gives_the_same_responses(
+    sweep: Array, rooms: Array
+) -> None:
+    take = played_in(sweep, rooms, sweep.size + RATE)
+    loopback = np.pad(np.asarray(sweep), (0, RATE))
+    options = {"loopback": loopback, "band": BAND, "length": 16000, "pre": 2400}
+    judged = deconvolve(take, sweep, RATE, **options)
+    plain = deconvolve(take, sweep, RATE, checks=False, **options)
+    np.testing.assert_array_equal(plain.response, judged.response)
+    assert plain.latency == judged.latency
+    assert (plain.flags, plain.marks, plain.figures) == ((), (), {})
+
+
 def test_noise_of_the_loopback_does_not_enter(sweep: Array, rooms: Array) -> None:
     rng = np.random.default_rng(1)
     n = sweep.size + RATE
