@@ -97,3 +97,9 @@ _list(
     "waveform decoder over bounce points (INRAS-style)",
     "Su, Chen and Shlizerman, INRAS, NeurIPS 2022",
 )
+_list(
+    "path",
+    "walls found by ear, mirror images and a late field; reciprocal, no training",
+    "after Allen and Berkley 1979; Goetz, Schlecht and Pulkki 2023",
+    neural=False,
+)

@@ -1,0 +1,274 @@
+"""What was heard of a room, and everything that answers from it."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fields.path.bank import PulseBank
+from fields.path.box import Box, assemble_boxes
+from fields.path.coloring import Coloring
+from fields.path.completion import Completion
+from fields.path.direct import read_direct
+from fields.path.fallback import NearestRows
+from fields.path.fitset import FitSet
+from fields.path.room import MOST_IMAGES, BoxRoom
+from fields.path.scan import scan_planes, scan_signals
+from fields.path.shoebox import FittedRoom, fit_shoebox, likeliest
+from rir import GainPattern, Poses
+
+__all__ = ["Acoustics", "hear_room"]
+
+FloatArray = NDArray[np.float64]
+LEAST_ROWS, LEAST_SAMPLES = 8, 64
+LEAST_CLEARNESS = 4.0
+LEAST_WALLS = 2
+JUDGED_ROWS = 60
+POOR = 0.85
+PERFECT = 10 ** (-25 / 10)
+COMPLETED_ROWS = 300
+WALL_NAMES = ("low x", "high x", "low y", "high y", "low z", "high z")
+WIDE_M = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class Acoustics:
+    """Hold a fitted room or, without one, rows to answer from.
+
+    Parameters
+    ----------
+    fitted : FittedRoom or None
+        The room, None when no geometry explains the rows.
+    rows : NearestRows or None
+        Held only where there is no room.
+    completion : Completion or None
+        What fills in for the paths; None where they explain all.
+    unexplained : float
+        Part of the energy of the fitted rows that paths do not tell.
+    alarms : list of str
+        What a person should know.
+    """
+
+    fitted: FittedRoom | None
+    rows: NearestRows | None
+    completion: Completion | None
+    unexplained: float
+    alarms: list[str] = field(default_factory=list)
+
+    def predict(self, emitters: Poses, listeners: Poses, n_samples: int) -> FloatArray:
+        """Return responses, shape (queries, n_samples)."""
+        if self.fitted is not None:
+            early = self.fitted.predict(emitters, listeners, n_samples)
+        elif self.rows is not None:
+            early = self.rows.predict(emitters, listeners, n_samples)
+        else:
+            early = np.zeros((len(emitters), n_samples))
+        if self.completion is None:
+            return early
+        return self.completion.apply(early, emitters, listeners)
+
+    def emitter_gain(self) -> GainPattern:
+        """Return the emitter's pattern, with a mean gain of 1 over directions."""
+        if self.fitted is None:
+            return GainPattern.omni()
+        row = self.fitted.room.emitting
+        level = row[0] / np.sqrt(4 * np.pi)
+        return GainPattern(row[None] / level, np.array([1000.0]))
+
+    def report(self) -> dict[str, Any]:
+        """Return what was found, in plain values."""
+        told = {"alarms": list(self.alarms), "unexplained": float(self.unexplained)}
+        if self.fitted is None:
+            return told | {"walls": 0}
+        room = self.fitted.room
+        return told | {
+            "walls": int(room.box.heard.sum()),
+            "planes": room.box.planes[room.box.heard].tolist(),
+            "reflection": room.walls[room.box.heard].tolist(),
+            "speed_of_sound": float(room.speed_of_sound),
+            "latency_s": float(room.latency_s),
+        }
+
+    def as_arrays(self) -> dict[str, np.ndarray]:
+        """Return everything as plain arrays, for a file."""
+        arrays: dict[str, np.ndarray] = {
+            "unexplained": np.array(self.unexplained),
+            "told": np.array(self.alarms, dtype=str),
+        }
+        if self.fitted is not None:
+            arrays |= _prefixed("room", _room_arrays(self.fitted))
+        if self.rows is not None:
+            arrays |= _prefixed("rows", vars(self.rows))
+        if self.completion is not None:
+            arrays |= _prefixed("late", self.completion.as_arrays())
+        return {name: np.asarray(value) for name, value in arrays.items()}
+
+    @classmethod
+    def from_arrays(cls, arrays: dict[str, np.ndarray]) -> "Acoustics":
+        """Rebuild what :meth:`as_arrays` returned."""
+        room, rows = _part(arrays, "room"), _part(arrays, "rows")
+        late = _part(arrays, "late")
+        nearest = None
+        if rows:
+            rows["samples_a_metre"] = float(rows["samples_a_metre"])  # type: ignore
+            nearest = NearestRows(**rows)  # type: ignore
+        return cls(
+            _room_from(room) if room else None,
+            nearest,
+            Completion.from_arrays(late) if late else None,
+            float(arrays["unexplained"]),
+            [str(one) for one in arrays["told"]],
+        )
+
+
+def _prefixed(prefix: str, arrays: dict[str, Any]) -> dict[str, Any]:
+    return {f"{prefix}.{name}": value for name, value in arrays.items()}
+
+
+def _part(arrays: dict[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
+    start = f"{prefix}."
+    return {k[len(start) :]: v for k, v in arrays.items() if k.startswith(start)}
+
+
+_SCALARS = ("speed_of_sound", "latency_s", "sample_rate", "reach_m")
+
+
+def _room_arrays(fitted: FittedRoom) -> dict[str, Any]:
+    room = fitted.room
+    return {
+        **_prefixed("box", vars(room.box)),
+        **{name: getattr(room, name) for name in _SCALARS},
+        "order": room.order,
+        "walls": room.walls,
+        "emitting": room.emitting,
+        "listening": room.listening,
+        "taps": room.bank.taps,
+        "lead": room.bank.lead,
+        "coloring": fitted.coloring.factors,
+        "covariance": fitted.covariance,
+        "active": fitted.active,
+    }
+
+
+def _room_from(arrays: dict[str, np.ndarray]) -> FittedRoom:
+    scalars = {name: float(arrays[name]) for name in _SCALARS}
+    room = BoxRoom(
+        box=Box(**_part(arrays, "box")),
+        walls=arrays["walls"],
+        emitting=arrays["emitting"],
+        listening=arrays["listening"],
+        bank=PulseBank(arrays["taps"], int(arrays["lead"])),
+        order=int(arrays["order"]),
+        **scalars,
+    )
+    coloring = Coloring(arrays["coloring"], scalars["sample_rate"])
+    return FittedRoom(room, coloring, arrays["covariance"], arrays["active"])
+
+
+def hear_room(
+    rows: FitSet,
+    *,
+    scan_rows: int = 120,
+    reach_s: float = 0.12,
+    late: bool = True,
+    listening: GainPattern | None = None,
+) -> Acoustics:
+    """Find the room in the rows, fit it and complete it.
+
+    Parameters
+    ----------
+    rows : FitSet
+        Measured rows.
+    scan_rows : int
+        Rows the walls are looked for in.
+    reach_s : float
+        Longest path, seconds.
+    late : bool
+        Complete the paths with a late field.
+    listening : GainPattern, optional
+        Known pattern of the listener; omnidirectional when left out.
+    """
+    fitted, alarms = _fitted(rows, scan_rows, reach_s, listening)
+    if fitted is None:
+        return _without_room(rows, alarms)
+    judged = rows.spread(COMPLETED_ROWS)
+    early = fitted.predict(judged.emitters, judged.listeners, rows.n_samples)
+    loud = max(float((judged.responses**2).sum()), 1e-300)
+    unexplained = float(((judged.responses - early) ** 2).sum()) / loud
+    # where geometry says nothing it must not be believed
+    if unexplained > 1.0 - 0.1 * (1 - POOR):
+        alarms.append(
+            f"the {int(fitted.room.box.heard.sum())} planes found explain nothing of "
+            "the waveforms; the nearest response is answered instead"
+        )
+        return _without_room(rows, alarms)
+    alarms += _room_alarms(fitted, unexplained)
+    completion = None
+    if late and unexplained > PERFECT:
+        completion = Completion.fit(judged, early, fitted)
+        alarms += completion.alarms
+    return Acoustics(fitted, None, completion, unexplained, alarms)
+
+
+def _fitted(
+    rows: FitSet, scan_rows: int, reach_s: float, listening: GainPattern | None
+) -> tuple[FittedRoom | None, list[str]]:
+    if len(rows) < LEAST_ROWS or rows.n_samples < LEAST_SAMPLES:
+        return None, [
+            f"{len(rows)} responses of {rows.n_samples} samples are too few to look "
+            f"for walls in; at least {LEAST_ROWS} of {LEAST_SAMPLES} are needed"
+        ]
+    power = (rows.responses**2).sum(axis=1)
+    heard = np.flatnonzero(power > 1e-12 * max(float(power.max()), 1e-300))
+    apart = heard[rows.distances[heard] > WIDE_M]
+    if len(apart) < LEAST_ROWS or not power.any():
+        return None, ["too few responses hold sound and stand apart from their emitter"]
+    rows = rows.rows(apart)
+    direct = read_direct(rows)
+    if direct.clearness < LEAST_CLEARNESS:
+        return None, [
+            "no direct sound stands where the poses say; check poses, their units "
+            "and the latency: no walls are looked for"
+        ]
+    signals = scan_signals(rows.spread(scan_rows), direct)
+    boxes = assemble_boxes(signals, scan_planes(signals))
+    boxes = [box for box in boxes if box.heard.sum() >= LEAST_WALLS]
+    if not boxes:
+        return None, ["no walls were found: nothing reflects as a plane would"]
+    try:
+        box = likeliest(rows, direct, boxes)
+        fitted = fit_shoebox(rows, direct, box, _longest(rows, box, reach_s), listening)
+    except np.linalg.LinAlgError:
+        return None, ["the fit of the walls found did not come to an end"]
+    return fitted, []
+
+
+def _longest(rows: FitSet, box: Box, reach_s: float) -> float:
+    """Return the longest path worth listing, metres."""
+    volume = float(np.prod(np.minimum(box.high - box.low, 60.0)))
+    dense = (MOST_IMAGES * 3 * volume / (4 * np.pi)) ** (1 / 3)
+    return float(min(reach_s * rows.speed_of_sound, dense))
+
+
+def _without_room(rows: FitSet, alarms: list[str]) -> Acoustics:
+    return Acoustics(None, NearestRows.of(rows), None, 1.0, alarms)
+
+
+def _room_alarms(fitted: FittedRoom, unexplained: float) -> list[str]:
+    alarms = []
+    heard = fitted.room.box.heard
+    if not heard.all():
+        names = [WALL_NAMES[k] for k in np.flatnonzero(~heard)]
+        alarms.append(f"walls unseen by the data: {', '.join(names)}; none is invented")
+    if unexplained > POOR:
+        alarms.append(
+            f"paths explain only {100 * (1 - unexplained):.0f} % of the energy: this "
+            "room is not a box, or the poses are off"
+        )
+    spread = fitted.wall_sd()
+    for wall in np.flatnonzero(heard & (spread > WIDE_M)):
+        alarms.append(
+            f"wall {WALL_NAMES[wall]} is known to {1000 * spread[wall]:.0f} mm only"
+        )
+    return alarms

@@ -1,0 +1,77 @@
+"""The shape of an arrival at any fraction of a sample, as a bank of polynomials.
+
+Tap j of a pulse that arrives f of a sample after its row is a polynomial in
+x = 2 f - 1 (a Farrow structure). Being linear, the whole bank can be fitted to
+responses: it then holds the source's response, the converter's filters and the
+interpolation a simulator used, in one.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["MOMENTS", "PulseBank", "bank_of_pulse", "ideal_bank"]
+
+FloatArray = NDArray[np.float64]
+MOMENTS = 8
+
+
+@dataclass(frozen=True, eq=False)
+class PulseBank:
+    """Hold a pulse.
+
+    Parameters
+    ----------
+    taps : ndarray
+        Shape (moments, taps).
+    lead : int
+        Taps before the row of the arrival.
+    """
+
+    taps: FloatArray
+    lead: int
+
+    def filtered(self, kernel: FloatArray, lead: int, keep: int) -> "PulseBank":
+        """Return the bank behind another filter, cut to `keep` taps around it."""
+        longer = np.array([np.convolve(row, kernel) for row in self.taps])
+        start = max(0, self.lead + lead - keep // 2)
+        return PulseBank(
+            np.ascontiguousarray(longer[:, start : start + keep]),
+            self.lead + lead - start,
+        )
+
+
+def ideal_bank(taps: int = 36, share: float = 1.0) -> PulseBank:
+    """Return a windowed sinc with its band edge at a share of Nyquist."""
+    lead = taps // 2 - 1
+
+    def pulse(offset: FloatArray) -> FloatArray:
+        inside = np.clip(1 - (2 * offset / taps) ** 2, 0, None)
+        window = np.i0(8.0 * np.sqrt(inside)) / np.i0(8.0)
+        return share * np.sinc(share * offset) * window
+
+    return bank_of_pulse(pulse, taps, lead)
+
+
+def bank_of_pulse(pulse, taps: int, lead: int) -> PulseBank:
+    """Fit the bank of a continuous pulse given as a function of samples."""
+    nodes = np.cos(np.pi * (np.arange(32) + 0.5) / 32)
+    offset = np.arange(-lead, taps - lead)[:, None] - (nodes + 1) / 2
+    chebyshev = np.polynomial.chebyshev.chebfit(nodes, pulse(offset).T, MOMENTS - 1)
+    powers = [np.polynomial.chebyshev.cheb2poly(column) for column in chebyshev.T]
+    padded = [np.pad(one, (0, MOMENTS - len(one))) for one in powers]
+    return PulseBank(np.ascontiguousarray(np.array(padded).T), lead)
+
+
+def sampled_bank(samples: FloatArray, lead: int) -> PulseBank:
+    """Return the bank of a pulse known at whole samples, sinc-interpolated."""
+    n = len(samples)
+    at = np.arange(n) - lead
+
+    def pulse(offset: FloatArray) -> FloatArray:
+        gap = offset[..., None] - at
+        window = np.cos(0.5 * np.pi * np.clip(gap / 16, -1, 1)) ** 2
+        return (np.sinc(gap) * window) @ samples
+
+    return bank_of_pulse(pulse, n, lead)

@@ -1,0 +1,250 @@
+"""Fit a box-shaped room to responses: Levenberg-Marquardt, coarse to fine.
+
+Walls, their reflection factors, speed of sound, latency and the emitter's pattern
+move together; the pulse, which is linear, is solved for in between.
+"""
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fields.path.bank import PulseBank
+from fields.path.fitset import FitSet
+from fields.path.room import BoxRoom
+
+__all__ = ["Step", "fit_room", "level_errors"]
+
+FloatArray = NDArray[np.float64]
+GEOMETRY = 11
+WALL = GEOMETRY + 6
+MOST_FACTOR = 1.0
+SLOW_HZ = 60.0
+SIGMAS = np.array([0.02] * 3 + [0.1] * 6 + [2.0, 2e-3] + [0.5] * 6)
+"""Weak priors: radians, metres, metres per second, seconds, reflection factor."""
+BOUND = np.array([0.02] * 3 + [0.03] * 6 + [1.5, 5e-4] + [0.3] * 6)
+
+
+@dataclass(frozen=True)
+class Step:
+    """One stage of the fit: how much of the sound, and what may move."""
+
+    edge_hz: float
+    order: int
+    turns: int
+    geometry: bool = True
+    pattern: bool = True
+    reach_m: float = 1e9
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """Hold the fitted room and the covariance of what moved."""
+
+    room: BoxRoom
+    covariance: FloatArray
+    active: NDArray[np.bool_]
+    errors: FloatArray
+
+
+def fit_room(rows: FitSet, room: BoxRoom, step: Step, filtered: FloatArray) -> Fitted:
+    """Run one stage; `filtered` are the rows as far as the stage hears them."""
+    active = _active(room, step)
+    damping, best = 1e-3, np.inf
+    power = (filtered**2).sum(axis=1)
+    loud = power > 1e-9 * max(float(power.max(initial=0.0)), 1e-300)
+    weights = np.where(loud, 1 / (power + np.median(power) * 0.1 + 1e-300), 0.0)
+    sums = _sums(rows, room, active, filtered, weights)
+    best = float(weights @ sums[2])
+    for _ in range(step.turns):
+        trusted = weights * _trust(sums[2], power)
+        square, right, _ = _sums(rows, room, active, filtered, trusted)
+        for _ in range(4):
+            moved = _moved(room, active, _solved(square, right, active, damping))
+            errors = _errors(rows, moved, filtered)
+            now = float(weights @ np.minimum(errors, 4 * power))
+            if now < best:
+                break
+            damping *= 10
+        if not now < best:
+            break
+        gain = best - now
+        room, best, damping = moved, now, max(damping / 10, 1e-7)
+        sums = square, right, errors
+        if gain < 1e-4 * now:
+            break
+    noise = best / max(float(np.count_nonzero(weights)) * filtered.shape[1], 1.0)
+    inner = square[np.ix_(active, active)] + _prior(active, noise)
+    covariance = np.linalg.pinv(inner) * noise
+    return Fitted(room, covariance, active, errors)
+
+
+def _trust(errors: FloatArray, power: FloatArray) -> FloatArray:
+    """Return small weights for rows that fit far worse than most."""
+    share = errors / np.maximum(power, 1e-300)
+    middle = float(np.median(share))
+    return np.minimum(1.0, 3 * middle / np.maximum(share, 1e-12))
+
+
+def _active(room: BoxRoom, step: Step) -> NDArray[np.bool_]:
+    heard = room.box.heard
+    active = np.zeros(WALL + len(room.emitting), dtype=bool)
+    if step.geometry:
+        active[:3] = heard.sum() >= 2
+        active[3:6], active[6:9] = heard[0::2], heard[1::2]
+        active[9:11] = True
+    active[GEOMETRY:WALL] = heard
+    active[WALL:] = step.pattern
+    return active
+
+
+def _sums(rows, room, active, targets, weights):
+    from fields.path.lattice_kernel import accumulate_rows
+
+    count = len(active)
+    square, right = np.zeros((count, count)), np.zeros(count)
+    misfit = np.zeros(len(rows))
+    accumulate_rows(
+        *room.ends(rows.emitters, rows.listeners),
+        *room.geometry(targets.shape[1]),
+        room.walls,
+        room.emitting,
+        room.listening,
+        room.bank.taps,
+        room.bank.lead,
+        room.least,
+        room.order,
+        np.zeros(3),
+        room.speed_of_sound,
+        room.sample_rate,
+        active,
+        targets,
+        weights,
+        slow_columns(targets.shape[1], room.sample_rate),
+        square,
+        right,
+        misfit,
+    )
+    # latency is counted in samples inside
+    square[10] *= room.sample_rate
+    square[:, 10] *= room.sample_rate
+    right[10] *= room.sample_rate
+    return square, right, misfit
+
+
+def _errors(rows: FitSet, room: BoxRoom, targets: FloatArray) -> FloatArray:
+    gap = targets - room.render(rows.emitters, rows.listeners, targets.shape[1])
+    free = gap @ slow_columns(targets.shape[1], room.sample_rate)
+    return (gap**2).sum(axis=1) - (free**2).sum(axis=1)
+
+
+@lru_cache(maxsize=8)
+def slow_columns(n_samples: int, sample_rate: float) -> FloatArray:
+    """Return orthonormal cosines below `SLOW_HZ`, shape (n_samples, K).
+
+    Loudspeakers, high-passes and rooms' modes rule there; walls cannot be read
+    from it, so errors in it are not counted.
+    """
+    count = min(int(2 * SLOW_HZ * n_samples / sample_rate) + 1, n_samples // 4 + 1)
+    at = (np.arange(n_samples) + 0.5) / n_samples
+    columns = np.cos(np.pi * at[:, None] * np.arange(count))
+    return np.ascontiguousarray(columns / np.linalg.norm(columns, axis=0))
+
+
+def _prior(active: NDArray[np.bool_], noise: float) -> FloatArray:
+    sigmas = np.concatenate([SIGMAS, np.full(len(active) - WALL, 3.0)])[active]
+    return np.diag(noise / sigmas**2)
+
+
+def _solved(
+    square: FloatArray, right: FloatArray, active: NDArray[np.bool_], damping: float
+) -> FloatArray:
+    step = np.zeros(len(active))
+    inner = square[np.ix_(active, active)]
+    scale = np.sqrt(np.maximum(np.diag(inner), 1e-300))
+    scaled = inner / np.outer(scale, scale)
+    scaled[np.diag_indices_from(scaled)] += damping + 1e-9
+    step[active] = np.linalg.solve(scaled, right[active] / scale) / scale
+    step[:WALL] = np.clip(step[:WALL], -BOUND, BOUND)
+    return step
+
+
+def _moved(room: BoxRoom, active: NDArray[np.bool_], step: FloatArray) -> BoxRoom:
+    del active
+    box = room.box.turned(step[:3])
+    box = replace(box, low=box.low + step[3:6], high=box.high + step[6:9])
+    walls = np.clip(room.walls + step[GEOMETRY:WALL], -MOST_FACTOR, MOST_FACTOR)
+    small = np.abs(walls) < 1e-3
+    walls = np.where(small, np.where(walls < 0, -1e-3, 1e-3), walls)
+    return replace(
+        room,
+        box=box,
+        speed_of_sound=room.speed_of_sound + step[9],
+        latency_s=room.latency_s + step[10],
+        walls=walls,
+        emitting=room.emitting + step[WALL:],
+    )
+
+
+def level_errors(truth: FloatArray, answer: FloatArray) -> FloatArray:
+    """Return the normalised squared error of each row, in decibels."""
+    power = np.maximum((truth**2).sum(axis=1), 1e-300)
+    return 10 * np.log10(((truth - answer) ** 2).sum(axis=1) / power + 1e-30)
+
+
+def fit_bank(
+    rows: FitSet, room: BoxRoom, taps: int, lead: int, ridge: float = 1e-6
+) -> PulseBank:
+    """Solve for the pulse that suits the images best.
+
+    The grid of moments of every row, correlated with itself and with the row,
+    gives normal equations that are Toeplitz in the taps.
+    """
+    moments = room.bank.taps.shape[0]
+    n = rows.n_samples
+    size = int(2 ** np.ceil(np.log2(n + 2 * taps + 8)))
+    auto = np.zeros((moments, moments, size))
+    cross = np.zeros((moments, size))
+    fade = _fade(n)
+    weights = 1 / np.maximum((rows.responses**2).sum(axis=1), 1e-300)
+    unit = [
+        PulseBank(np.ascontiguousarray(np.eye(moments)[:, k : k + 1]), lead)
+        for k in range(moments)
+    ]
+    spectra_auto = np.zeros((moments, moments, size // 2 + 1), dtype=complex)
+    spectra_cross = np.zeros((moments, size // 2 + 1), dtype=complex)
+    grids = np.empty((moments, len(rows), n))
+    for k, one in enumerate(unit):
+        grids[k] = room.render(rows.emitters, rows.listeners, n, one)
+    weights = np.sqrt(weights)[:, None] * fade
+    hertz = np.arange(size // 2 + 1) * room.sample_rate / size
+    quick = np.sin(0.5 * np.pi * np.clip(hertz / (2 * SLOW_HZ), 0, 1)) ** 2
+    heard = np.fft.rfft(rows.responses * weights, size) * quick
+    spectra = np.fft.rfft(grids * weights, size) * quick
+    for a in range(moments):
+        spectra_cross[a] = (spectra[a].conj() * heard).sum(axis=0)
+        for b in range(a, moments):
+            spectra_auto[a, b] = (spectra[a].conj() * spectra[b]).sum(axis=0)
+    auto, cross = np.fft.irfft(spectra_auto, size), np.fft.irfft(spectra_cross, size)
+    square = np.empty((moments, taps, moments, taps))
+    lags = np.arange(taps)[:, None] - np.arange(taps)
+    for a in range(moments):
+        for b in range(a, moments):
+            # <G_a(t - i), G_b(t - j)> depends on i - j
+            block = auto[a, b][lags % size]
+            square[a, :, b, :] = block
+            square[b, :, a, :] = block.T
+    flat = square.reshape(moments * taps, -1)
+    right = cross[:, :taps].reshape(-1)
+    trace = np.trace(flat) / len(flat)
+    flat[np.diag_indices_from(flat)] += ridge * trace
+    solved = np.linalg.solve(flat, right).reshape(moments, taps)
+    return PulseBank(np.ascontiguousarray(solved), lead)
+
+
+def _fade(n: int) -> FloatArray:
+    fade = np.ones(n)
+    tail = max(n // 10, 1)
+    fade[-tail:] = np.cos(0.5 * np.pi * np.arange(tail) / tail) ** 2
+    return fade

@@ -1,0 +1,121 @@
+"""A room as the path field knows it: walls, air, devices and one pulse."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fields.path.bank import PulseBank
+from fields.path.box import Box
+from rir import Poses
+
+__all__ = ["BoxRoom", "turns_of"]
+
+FloatArray = NDArray[np.float64]
+MOST_IMAGES = 6000
+OMNI = np.array([np.sqrt(4 * np.pi)])
+
+
+@dataclass(frozen=True, eq=False)
+class BoxRoom:
+    """Hold everything that renders the images of a box.
+
+    Parameters
+    ----------
+    box : Box
+        The walls.
+    speed_of_sound, latency_s : float
+        Metres per second; seconds before every arrival.
+    walls : ndarray, shape (6,)
+        Reflection factors.
+    emitting, listening : ndarray, shape (harmonics,)
+        Patterns of the two devices, in their own frames.
+    bank : PulseBank
+        Shape of an arrival.
+    sample_rate : float
+        Hertz.
+    order : int
+        Most reflections of an image.
+    reach_m : float
+        Longest path.
+    """
+
+    box: Box
+    speed_of_sound: float
+    latency_s: float
+    walls: FloatArray
+    emitting: FloatArray
+    listening: FloatArray
+    bank: PulseBank
+    sample_rate: float
+    order: int = 200
+    reach_m: float = 40.0
+    least: int = field(default=0)
+
+    @property
+    def scale(self) -> float:
+        """Samples a metre."""
+        return self.sample_rate / self.speed_of_sound
+
+    def render(
+        self, emitters: Poses, listeners: Poses, n_samples: int, bank=None
+    ) -> FloatArray:
+        """Return the sum of all images, shape (rows, n_samples)."""
+        from fields.path.lattice_kernel import render_rows
+
+        chosen = bank or self.bank
+        out = np.zeros((len(emitters), n_samples))
+        render_rows(
+            *self.ends(emitters, listeners),
+            *self.geometry(n_samples),
+            self.walls,
+            self.emitting,
+            self.listening,
+            chosen.taps,
+            chosen.lead,
+            self.least,
+            self.order,
+            out,
+        )
+        return out
+
+    def ends(
+        self, emitters: Poses, listeners: Poses
+    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Return both ends and the turns into the devices, for a kernel."""
+        return (
+            self.box.inside(emitters.positions),
+            self.box.inside(listeners.positions),
+            turns_of(emitters, self.box.axes),
+            turns_of(listeners, self.box.axes),
+        )
+
+    def geometry(self, n_samples: int) -> tuple:
+        """Return corners, scale, latency and reach, for a kernel."""
+        end = n_samples / self.scale - self.latency_s * self.speed_of_sound
+        reach = min(self.reach_m, end + self.bank.lead / self.scale)
+        return (
+            self.box.low,
+            self.box.high,
+            self.scale,
+            self.latency_s * self.sample_rate,
+            max(reach, 0.1),
+        )
+
+    def with_order(self, least: int, most: int) -> "BoxRoom":
+        """Return the room with images of some orders only."""
+        return replace(self, least=least, order=most)
+
+
+def turns_of(poses: Poses, axes: FloatArray) -> FloatArray:
+    """Return matrices from the frame of a box to each device's, (rows, 3, 3)."""
+    x, y, z, w = poses.orientations.T
+    rows = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+    # columns of a rotation are the device's axes, so its transpose leads back
+    return np.ascontiguousarray(np.einsum("jin,aj->nia", rows, axes))

@@ -1,0 +1,214 @@
+"""From an assembled box to a fitted room: the stages in their order."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fields.path.bank import ideal_bank
+from fields.path.box import Box
+from fields.path.box_fit import Fitted, Step, fit_bank, fit_room, slow_columns
+from fields.path.coloring import Coloring, fit_coloring
+from fields.path.direct import DirectSound
+from fields.path.fitset import FitSet
+from fields.path.room import OMNI, BoxRoom
+from rir import GainPattern, Poses
+
+__all__ = ["FittedRoom", "fit_shoebox"]
+
+FloatArray = NDArray[np.float64]
+STAGES = (
+    Step(1500.0, 1, 4, pattern=False),
+    Step(3000.0, 2, 4),
+    Step(6000.0, 4, 4),
+)
+LOW_ROWS, FULL_ROWS = 48, 20
+PATTERN_ORDER = 4
+ROUNDS = 2
+FIRST_FACTOR = 0.8
+BANK_S = (0.003, 0.005)
+ORDERS = 24
+
+
+@dataclass(frozen=True, eq=False)
+class FittedRoom:
+    """Hold a rendered room and how it was fitted."""
+
+    room: BoxRoom
+    coloring: Coloring
+    covariance: FloatArray
+    active: NDArray[np.bool_]
+
+    def predict(self, emitters: Poses, listeners: Poses, n_samples: int) -> FloatArray:
+        """Return all paths' sound, shape (rows, n_samples)."""
+        plain = self.room.render(emitters, listeners, n_samples)
+        return plain + self.coloring.added(plain)
+
+    @property
+    def speed_of_sound(self) -> float:
+        """Metres per second, fitted."""
+        return self.room.speed_of_sound
+
+    def wall_sd(self) -> FloatArray:
+        """Return the standard deviation of each wall's place, shape (6,), metres."""
+        spread = np.full(9, np.nan)
+        geometry = self.active[:9]
+        count = int(geometry.sum())
+        sigmas = np.sqrt(np.clip(np.diag(self.covariance)[:count], 0, None))
+        spread[geometry] = sigmas
+        walls = np.stack([spread[3:6], spread[6:9]], axis=1).ravel()
+        return np.where(np.isfinite(walls), walls, 0.0)
+
+    def length_sd(self, lengths: FloatArray) -> FloatArray:
+        """Return the standard deviation of paths of given lengths, metres.
+
+        A wall's error counts once a bounce; bounces grow with the length over
+        the mean free path and their errors add as squares along each axis.
+        """
+        heard = self.room.box.heard
+        spread = float(np.mean(self.wall_sd()[heard])) if heard.any() else 0.0
+        size = np.minimum(self.room.box.high - self.room.box.low, 60.0)
+        free = 2 / np.sum(1 / size)
+        bounces = np.asarray(lengths) / max(float(free), 0.1)
+        return 1.16 * spread * bounces / np.sqrt(6)
+
+
+def fit_shoebox(
+    rows: FitSet,
+    direct: DirectSound,
+    box: Box,
+    reach_m: float = 1e3,
+    listening: GainPattern | None = None,
+) -> FittedRoom:
+    """Fit walls, air, devices and pulse of a box to rows."""
+    room = replace(_start(rows, direct, box), reach_m=reach_m)
+    if listening is not None:
+        room = replace(room, listening=listening.coefficients.mean(axis=0))
+    few = rows.spread(LOW_ROWS)
+    for step in STAGES:
+        if 2.4 * step.edge_hz > rows.sample_rate:
+            continue
+        room = _staged(few, room, step)
+    few = rows.spread(FULL_ROWS)
+    room = replace(room, order=400, bank=ideal_bank(36))
+    room = _with_right_order(few, room)
+    whole = Step(0.5 * rows.sample_rate, room.order, 2)
+    coloring = Coloring.none(rows.sample_rate)
+    fitted = fit_room(few, room, whole, few.responses)
+    fitted = replace(fitted, room=_with_right_order(few, fitted.room))
+    for turn in range(ROUNDS):
+        coloring, fitted = _polished(few, fitted, coloring, turn)
+        rest = few.responses - coloring.added(_rendered(few, fitted.room))
+        if turn < ROUNDS - 1:
+            fitted = fit_room(few, fitted.room, whole, rest)
+            fitted = replace(fitted, room=_with_right_order(few, fitted.room))
+    return FittedRoom(fitted.room, coloring, fitted.covariance, fitted.active)
+
+
+def likeliest(rows: FitSet, direct: DirectSound, boxes: list[Box]) -> Box:
+    """Return the box whose first reflections tell the low sound best."""
+    if len(boxes) == 1:
+        return boxes[0]
+    few = rows.spread(LOW_ROWS)
+    errors = []
+    for box in boxes:
+        room = _start(rows, direct, box)
+        for step in STAGES[:2]:
+            room = _staged(few, room, step)
+        heard = _below(few.responses, 2 * STAGES[1].edge_hz / rows.sample_rate)
+        gap = _without_slow(heard - _rendered(few, room), rows.sample_rate)
+        errors.append(float((gap**2).sum()))
+    return boxes[int(np.argmin(errors))]
+
+
+def _start(rows: FitSet, direct: DirectSound, box: Box) -> BoxRoom:
+    peak = direct.pulse[int(np.argmax(np.abs(direct.pulse)))]
+    emitting = np.zeros(_pattern_size(rows))
+    emitting[0] = np.sqrt(4 * np.pi) * (peak or 1.0)
+    return BoxRoom(
+        box,
+        rows.speed_of_sound,
+        direct.latency_s,
+        np.where(box.heard, FIRST_FACTOR, 1e-3),
+        emitting,
+        OMNI.copy(),
+        ideal_bank(36),
+        rows.sample_rate,
+    )
+
+
+def _pattern_size(rows: FitSet) -> int:
+    """Return the harmonics that the rows' directions can tell apart."""
+    order = PATTERN_ORDER
+    while order > 0 and len(rows) < 2 * (order + 1) ** 2:
+        order -= 1
+    return (order + 1) ** 2
+
+
+def _staged(rows: FitSet, room: BoxRoom, step: Step) -> BoxRoom:
+    share = min(2 * step.edge_hz / rows.sample_rate, 1.0)
+    bank = ideal_bank(2 * int(np.ceil(8 / share)), share)
+    heard = _below(rows.responses, share)
+    moved = replace(room, bank=bank, order=step.order)
+    return fit_room(rows, moved, step, heard).room
+
+
+def _below(responses: FloatArray, share: float) -> FloatArray:
+    """Return responses through the low-pass whose pulse `ideal_bank` has."""
+    half = int(np.ceil(8 / share))
+    at = np.arange(-half, half + 1)
+    window = np.i0(8.0 * np.sqrt(np.clip(1 - (at / half) ** 2, 0, None))) / np.i0(8.0)
+    pulse = share * np.sinc(share * at) * window
+    size = responses.shape[1] + 2 * half
+    spectra = np.fft.rfft(responses, size) * np.fft.rfft(pulse, size)
+    return np.fft.irfft(spectra, size)[:, half : half + responses.shape[1]]
+
+
+def _rendered(rows: FitSet, room: BoxRoom) -> FloatArray:
+    return room.render(rows.emitters, rows.listeners, rows.n_samples)
+
+
+def _with_right_order(rows: FitSet, room: BoxRoom) -> BoxRoom:
+    """Stop at the order where the sound stops, as simulators do.
+
+    The last order is the one that leaves the smallest error.
+    """
+    rest = _without_slow(rows.responses, rows.sample_rate)
+    errors = [(rest**2).sum()]
+    for order in range(ORDERS):
+        part = _rendered(rows, room.with_order(order, order))
+        rest = rest - _without_slow(part, rows.sample_rate)
+        errors.append((rest**2).sum())
+    part = _rendered(rows, room.with_order(ORDERS, 400))
+    rest = rest - _without_slow(part, rows.sample_rate)
+    best = int(np.argmin(errors)) - 1
+    whole = (rest**2).sum() <= 1.02 * min(errors)
+    return replace(room, least=0, order=400 if whole else max(best, 1))
+
+
+def _without_slow(responses: FloatArray, sample_rate: float) -> FloatArray:
+    slow = slow_columns(responses.shape[1], sample_rate)
+    return responses - (responses @ slow) @ slow.T
+
+
+def _polished(
+    rows: FitSet, fitted: Fitted, coloring: Coloring, turn: int
+) -> tuple[Coloring, Fitted]:
+    """Fit the pulse and the coloring to the images as they are now."""
+    room = fitted.room
+    rest = rows.responses - coloring.added(_rendered(rows, room))
+    taps = [round(part * rows.sample_rate) for part in BANK_S]
+    if turn == 0:
+        taps = [20, 28]
+    bank = fit_bank(replace(rows, responses=rest), room, sum(taps), taps[0])
+    better = replace(room, bank=bank)
+    if _squares(rest, rows, better) < _squares(rest, rows, room):
+        room = better
+    coloring = fit_coloring(rows.responses, _rendered(rows, room), rows.sample_rate)
+    return coloring, replace(fitted, room=room)
+
+
+def _squares(target: FloatArray, rows: FitSet, room: BoxRoom) -> Any:
+    gap = target - _rendered(rows, room)
+    return (_without_slow(gap, rows.sample_rate) ** 2).sum()
