@@ -11,7 +11,7 @@ from fields.path.fitset import FitSet
 from fields.path.gate import Gate, Held, judge
 from fields.path.horizon import Doubt, predicted_coherence
 from fields.path.late import LateMaps
-from fields.path.regions import Regions, find_regions, sight_bits
+from fields.path.regions import Regions, direct_levels, find_regions, sight_bits
 from fields.path.tail import Tail
 from fields.path.tiles import Tiles
 from rir import Poses
@@ -23,6 +23,7 @@ MOST_SAMPLES = 1_000_000
 MOST_FOLDS = 5
 LEAST_PER_FOLD = 6
 LEVEL_ALARM_DB = 1.0
+MOST_PAIR_GAIN = 4.0
 OPEN_ALARM = 0.9
 NEPER_DB = 10 / np.log(10)
 
@@ -71,9 +72,9 @@ class Completion:
         speed = float(getattr(paths, "speed_of_sound", fit_set.speed_of_sound))
         tiles = Tiles(fit_set.sample_rate, fit_set.n_samples)
         ends = fit_set.emitters.positions, fit_set.listeners.positions
-        bits = sight_bits(
-            fit_set.responses, fit_set.distances, fit_set.sample_rate, speed
-        )
+        timing = fit_set.distances, fit_set.sample_rate, speed
+        told = direct_levels(early, *timing) if early.any() else None
+        bits = sight_bits(fit_set.responses, *timing, told)
         regions = find_regions(*ends, bits)
         features = PlaceFeatures.of(np.vstack(ends), regions)
         held = _held(tiles, fit_set.responses, early)
@@ -82,7 +83,7 @@ class Completion:
         doubt = Doubt(walls=getattr(paths, "length_sd", None))
         expected = predicted_coherence(tiles.centers, tiles.times, speed, doubt)
         apart = _apart(regions, *ends)
-        gate = judge(held, expected, _path_misfit(held), model_misfit, apart)
+        gate = judge(held, expected, _path_ratio(held), model_misfit, apart)
         center = np.vstack(ends).mean(axis=0)
         tail = Tail(0, center, fit_set.sample_rate / speed, fit_set.n_samples)
         alarms = _alarms(fit_set, gate, tiles, model_misfit, regions)
@@ -100,18 +101,42 @@ class Completion:
         """
         first, second = emitters.positions, listeners.positions
         apart = _apart(self.model.features.regions, first, second)
-        gains, shares = self.gate.between(apart)
-        out = self.tiles.gained(early, gains * np.sqrt(shares))
+        gains, shares, weights = self.gate.between(apart)
+        if (weights == 1).all() and (shares == 1).all():
+            return self.tiles.gained(early, gains)
+        target = self._targets(early, first, second, gains, weights)
+        heard = self.tiles.energies(early)
+        wanted = np.exp(target)
+        pair = np.sqrt(wanted / np.maximum(heard, 1e-2 * wanted + 1e-300))
+        pair = np.where(weights == 1, gains, np.minimum(pair, MOST_PAIR_GAIN))
+        out = self.tiles.gained(early, pair * np.sqrt(shares))
         if (shares < 1).any():
-            out += self._tail(first, second, 1 - shares)
+            out += self._tail(first, second, wanted * (1 - shares))
         return out
 
-    def _tail(
-        self, first: np.ndarray, second: np.ndarray, shares: np.ndarray
+    def _targets(
+        self,
+        early: np.ndarray,
+        first: np.ndarray,
+        second: np.ndarray,
+        gains: np.ndarray,
+        weights: np.ndarray,
     ) -> np.ndarray:
-        """Return what the energy model adds to the tiles' shares."""
+        """Return log energies between the paths' and the energy model's."""
+        heard = self.tiles.energies(early) * gains**2
+        told = self.model(first, second, self.tiles)
+        least = np.maximum(heard, 1e-6 * np.exp(told) + 1e-300)
+        known = np.isfinite(told) & (weights < 1)
+        mixed = np.full(told.shape, -np.inf)
+        logs = np.log(least)
+        np.add(weights * logs, (1 - weights) * told, out=mixed, where=known)
+        return np.where(weights == 1, logs, mixed)
+
+    def _tail(
+        self, first: np.ndarray, second: np.ndarray, target: np.ndarray
+    ) -> np.ndarray:
+        """Return late sound with the energies of the tiles."""
         sound = self.tail(first, second)
-        target = np.exp(self.model(first, second, self.tiles)) * shares
         brought = self.tiles.energies(sound)
         # A bin that the direct sound cuts holds too little sound to be scaled.
         least = 0.5 * np.median(brought, axis=-1, keepdims=True) + 1e-300
@@ -137,6 +162,7 @@ class Completion:
             "speed_of_sound": np.array(model.speed_of_sound),
             "gate_gains": self.gate.gains,
             "gate_shares": self.gate.shares,
+            "gate_weights": self.gate.weights,
             "gate_coherence": self.gate.coherence,
             "tail_seed": np.array(self.tail.seed),
             "tail_center": self.tail.center,
@@ -159,9 +185,7 @@ class Completion:
             maps.append(LateMaps(rates[:count], level, shares[: count - 1]))
         speed = float(arrays["speed_of_sound"])
         model = EnergyModel(tuple(maps), arrays["profiles"], features, speed)
-        gate = Gate(
-            arrays["gate_gains"], arrays["gate_shares"], arrays["gate_coherence"]
-        )
+        gate = Gate(*(arrays[f"gate_{name}"] for name in _GATE))
         center, seed = arrays["tail_center"], int(arrays["tail_seed"])
         tail = Tail(seed, center, tiles.sample_rate / speed, tiles.n_samples)
         alarms = [str(one) for one in arrays["alarms"]]
@@ -202,14 +226,12 @@ def _held(tiles: Tiles, measured: np.ndarray, told: np.ndarray) -> Held:
     )
 
 
-def _path_misfit(held: Held) -> np.ndarray:
-    """Return log energy errors of the paths after the mean gain of each tile."""
-    known = (held.measured > 0) & (held.told > 0)
+def _path_ratio(held: Held) -> np.ndarray:
+    """Return log ratios of measured energies to the paths', NaN if unknown."""
+    known = (held.measured > 0) & (held.told > 1e-6 * held.measured)
     ratio = np.full(known.shape, np.nan)
     np.divide(held.measured, held.told, out=ratio, where=known)
-    log = np.log(ratio, out=ratio, where=known)
-    count = np.maximum(known.sum(axis=0), 1)
-    return log - np.where(known, log, 0.0).sum(axis=0) / count
+    return np.log(ratio, out=ratio, where=known)
 
 
 def _misfit(held: Held, told: np.ndarray) -> np.ndarray:
@@ -252,6 +274,7 @@ def _left_out(
     return misfit
 
 
+_GATE = ("gains", "shares", "weights", "coherence")
 _PARTS = ("measured", "told", "products", "shuffled")
 
 

@@ -18,6 +18,7 @@ MOST_GAIN = 2.0
 LEAST_ROWS = 8
 LEAST_SURE = 0.1
 QUIET = 1e-12
+UNKNOWN = 1e9
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,28 +44,30 @@ class Gate:
         Amplitude gain of the paths, shape (kinds, bands, bins): first for ends in
         one region, then for ends apart.
     shares : numpy.ndarray
-        How much of the tile's energy the paths bring, 0 to 1; the energy model
-        brings the rest. Same shape.
+        How much of the tile's energy the paths bring, 0 to 1; the tail brings the
+        rest. Same shape.
+    weights : numpy.ndarray
+        How much the paths' energy is believed beside the energy model's, 0 to 1;
+        1 where nothing is to be changed but the gain. Same shape.
     coherence : numpy.ndarray
         As measured, same shape.
     """
 
     gains: np.ndarray
     shares: np.ndarray
+    weights: np.ndarray
     coherence: np.ndarray
 
-    def between(self, apart: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return gains and shares of pairs, each (pairs, bands, bins).
+    def between(self, apart: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Return gains, shares and weights of pairs, each (pairs, bands, bins).
 
         `apart`, shape (pairs,), is how little both ends share a region.
         """
         if len(self.gains) == 1:
             apart = np.zeros_like(apart)
         far = np.clip(apart, 0, 1)[:, None, None]
-        both = []
-        for one in (self.gains, self.shares):
-            both.append(one[0] + far * (one[-1] - one[0]))
-        return both[0], both[1]
+        parts = self.gains, self.shares, self.weights
+        return tuple(one[0] + far * (one[-1] - one[0]) for one in parts)
 
     @property
     def off(self) -> float:
@@ -75,7 +78,7 @@ class Gate:
 def judge(
     held: Held,
     expected: np.ndarray,
-    path_misfit: np.ndarray,
+    ratio: np.ndarray,
     model_misfit: np.ndarray,
     apart: np.ndarray,
 ) -> Gate:
@@ -87,27 +90,26 @@ def judge(
         Energies and products.
     expected : numpy.ndarray
         Coherence that positions and temperature allow, shape (bands, bins).
-    path_misfit, model_misfit : numpy.ndarray
-        Log energy errors of the paths after their mean gain, and of the energy
-        model for unseen emitters, shape (pairs, bands, bins); NaN if unknown.
+    ratio, model_misfit : numpy.ndarray
+        Log of the measured energies over the paths', and over what the energy
+        model says of unseen emitters, shape (pairs, bands, bins); NaN if unknown.
     apart : numpy.ndarray
         How little both ends share a region, shape (pairs,).
     """
     kinds = [apart < 0.5, apart >= 0.5]
     if min(int(one.sum()) for one in kinds) < LEAST_ROWS:
         kinds = [np.ones(len(apart), dtype=bool)]
-    parts = [_judged(held, rows, expected, path_misfit, model_misfit) for rows in kinds]
-    gains, shares, coherence = (np.stack(one) for one in zip(*parts, strict=True))
-    return Gate(gains, shares, coherence)
+    parts = [_judged(held, rows, expected, ratio, model_misfit) for rows in kinds]
+    return Gate(*(np.stack(one) for one in zip(*parts, strict=True)))
 
 
 def _judged(
     held: Held,
     rows: np.ndarray,
     expected: np.ndarray,
-    path_misfit: np.ndarray,
+    ratio: np.ndarray,
     model_misfit: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, ...]:
     measured, told = held.measured[rows].sum(0), held.told[rows].sum(0)
     product = held.products[rows].sum(0)
     scale = np.maximum(measured * told, 1e-300)
@@ -119,18 +121,25 @@ def _judged(
     explained = left <= EXPLAINED * measured + floor
     least = np.maximum(told, 1e-12 * measured + 1e-300)
     gain = np.sqrt(measured / least)
-    gain = np.where(explained, 1.0, np.clip(gain, 0.0, MOST_GAIN))
     trusted = (coherence > TRUSTED * expected) & (coherence > chance)
     lost = (coherence < LOST * expected) | (coherence < chance)
     sure = explained | (trusted & ~lost)
-    better = _mean_square(path_misfit[rows]) < _mean_square(model_misfit[rows])
+    path_error = _mean_square(ratio[rows] - _mean(ratio[rows]))
+    model_error = _mean_square(model_misfit[rows])
+    better = path_error < model_error
     # Paths that agree hardly anywhere are no better for their energy by chance.
     late = min(-(-3 * sure.shape[1] // 10), sure.shape[1] - 1)
     better &= sure[:, late:].mean() >= LEAST_SURE
     share = np.where(sure | better, 1.0, 0.0)
     starved = told * MOST_GAIN**2 < 0.25 * measured
     share = np.where(starved & ~explained, 0.0, share)
-    return gain, share, coherence
+    # Loud pairs would speak for all where waveforms fail: take the mean in dB.
+    gain = np.where(sure, gain, np.exp(0.5 * _mean(ratio[rows])))
+    gain = np.where(explained, 1.0, np.clip(gain, 0.0, MOST_GAIN))
+    total = np.maximum(path_error + model_error, 1e-300)
+    weight = np.clip(model_error / total, 0.0, 1.0)
+    weight = np.where(explained, 1.0, np.where(starved, 0.0, weight))
+    return gain, share, weight, coherence
 
 
 def _spread(products: np.ndarray) -> np.ndarray:
@@ -138,8 +147,14 @@ def _spread(products: np.ndarray) -> np.ndarray:
     return (products**2).sum(axis=0)
 
 
+def _mean(values: np.ndarray) -> np.ndarray:
+    known = np.isfinite(values)
+    count = np.maximum(known.sum(axis=0), 1)
+    return np.where(known, values, 0.0).sum(axis=0) / count
+
+
 def _mean_square(misfit: np.ndarray) -> np.ndarray:
+    """Return the mean square over pairs, very large where nothing is known."""
     known = np.isfinite(misfit)
-    total = np.where(known, misfit, 0.0) ** 2
-    count = known.sum(axis=0)
-    return np.where(count > 0, total.sum(axis=0) / np.maximum(count, 1), np.inf)
+    square = _mean(np.where(known, misfit, np.nan) ** 2)
+    return np.where(known.any(axis=0), square, UNKNOWN)

@@ -13,7 +13,7 @@ import numpy as np
 
 from fields.path.membership import settle, spectral_start
 
-__all__ = ["Regions", "find_regions", "sight_bits"]
+__all__ = ["Regions", "direct_levels", "find_regions", "sight_bits"]
 
 MOST_REGIONS = 4
 LENGTH_M = 1.5
@@ -110,8 +110,36 @@ def sight_bits(
     sample_rate, speed_of_sound : float
         Hertz, metres per second.
     gains : numpy.ndarray, optional
-        What the devices' patterns do to each direct sound, shape (pairs,).
-        Pairs below a quarter stay in doubt.
+        Levels expected of free direct sounds, up to a common factor, shape
+        (pairs,). Pairs below a quarter of the loud ones stay in doubt.
+    """
+    level = direct_levels(responses, distances, sample_rate, speed_of_sound)
+    pattern = np.ones(len(level))
+    if gains is not None:
+        pattern = np.abs(gains) / max(
+            float(np.nanquantile(np.abs(gains), 0.75)), 1e-300
+        )
+    level = level / np.maximum(pattern, 0.25)
+    bits = np.full(len(level), np.nan)
+    heard = np.isfinite(level) & (pattern >= 0.25)
+    if not heard.any() or not level[heard].any():
+        return bits
+    # Direct sounds cannot be louder than free ones: the upper part is seen.
+    free = float(np.quantile(level[heard], 0.75))
+    bits[heard & (level > SEEN * free)] = 1.0
+    bits[heard & (level < HIDDEN * free)] = 0.0
+    return bits
+
+
+def direct_levels(
+    responses: np.ndarray,
+    distances: np.ndarray,
+    sample_rate: float,
+    speed_of_sound: float,
+) -> np.ndarray:
+    """Return direct sounds' peaks times distance, shape (pairs,).
+
+    NaN where the direct sound would arrive after the end.
     """
     count, n_samples = responses.shape
     delay = distances / speed_of_sound * sample_rate
@@ -120,17 +148,7 @@ def sight_bits(
     inside = (columns >= 0) & (columns < n_samples)
     picked = responses[np.arange(count)[:, None], np.clip(columns, 0, n_samples - 1)]
     level = np.abs(np.where(inside, picked, 0.0)).max(axis=1) * distances
-    pattern = np.ones(count) if gains is None else np.abs(gains)
-    level = level / np.maximum(pattern, 0.25)
-    bits = np.full(count, np.nan)
-    heard = inside.any(axis=1) & (pattern >= 0.25)
-    if not heard.any() or not level[heard].any():
-        return bits
-    # Direct sounds cannot be louder than free ones: the upper part is seen.
-    free = float(np.quantile(level[heard], 0.75))
-    bits[heard & (level > SEEN * free)] = 1.0
-    bits[heard & (level < HIDDEN * free)] = 0.0
-    return bits
+    return np.where(inside.any(axis=1), level, np.nan)
 
 
 def find_regions(
