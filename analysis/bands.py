@@ -5,8 +5,7 @@ from numpy.typing import ArrayLike
 
 from analysis.bank import bands_of
 from analysis.decay.answer import Answers
-from analysis.parameters import Parameters, as_responses, assemble
-from rir.response import check_sample_rate
+from analysis.parameters import Parameters, as_responses, assemble, check_rate
 
 __all__ = ["band_parameters"]
 
@@ -64,7 +63,7 @@ def band_parameters(
     """
     from analysis.band_rows import analyse_bands
 
-    rate = check_sample_rate(sample_rate)
+    rate = check_rate(sample_rate)
     responses = as_responses(samples)
     bands = bands_of(centers, fraction, zero_phase=zero_phase)
     rows = responses.reshape(-1, responses.shape[-1])

@@ -10,13 +10,13 @@ from analysis.decay.answer import FACTS, VALUES, Answers
 from analysis.decay.words import REASONS, flag_words
 from analysis.scatter import uncertainties
 from rir.errors import SignalError
-from rir.response import check_sample_rate
 
 __all__ = [
     "Parameters",
     "acoustic_parameters",
     "as_responses",
     "assemble",
+    "check_rate",
 ]
 
 FloatArray = NDArray[np.float64]
@@ -65,19 +65,14 @@ class Parameters(dict[str, Any]):
 
 
 def as_responses(samples: ArrayLike) -> FloatArray:
-    """Return responses as float64 of shape (..., n).
+    """Return responses as float64 of shape (..., n); masked samples become NaN.
 
     Raises
     ------
     SignalError
         If there are no samples, they are not real numbers, or time is not last.
     """
-    array = np.asarray(samples)
-    if array.dtype == object:
-        try:
-            array = array.astype(np.float64)
-        except (TypeError, ValueError) as error:
-            raise SignalError(f"responses must be real numbers: {error}") from error
+    array = _read_numbers(samples)
     if array.dtype.kind not in "fiub":
         raise SignalError(f"responses must be real numbers, not {array.dtype}")
     if array.ndim == 0 or array.size == 0:
@@ -90,6 +85,45 @@ def as_responses(samples: ArrayLike) -> FloatArray:
         middle = 2.0 ** (8 * array.dtype.itemsize - 1)
         return array.astype(np.float64) - middle
     return _to_float64(array)
+
+
+def _read_numbers(samples: ArrayLike) -> NDArray[Any]:
+    """Return any array-like as an array of numbers.
+
+    Raises
+    ------
+    SignalError
+        If it is ragged or holds something else.
+    """
+    try:
+        if isinstance(samples, np.ma.MaskedArray):
+            return np.ma.filled(samples.astype(np.float64), np.nan)
+        array = np.asarray(samples)
+        return array.astype(np.float64) if array.dtype == object else array
+    except (TypeError, ValueError) as error:
+        raise SignalError(f"responses must be real numbers: {error}") from error
+
+
+def check_rate(sample_rate: float) -> float:
+    """Return a sample rate, whole or not [Hz].
+
+    Raises
+    ------
+    SignalError
+        If it is no positive number.
+
+    Examples
+    --------
+    >>> check_rate(44100 / 1.001)
+    44055.944055944055
+    """
+    try:
+        rate = float(sample_rate)
+    except (TypeError, ValueError):
+        rate = float("nan")
+    if not 1.0 <= rate < np.inf or isinstance(sample_rate, str | bool):
+        raise SignalError(f"sample rate must be a positive number, not {sample_rate!r}")
+    return rate
 
 
 def _to_float64(array: NDArray[Any]) -> FloatArray:
@@ -126,7 +160,7 @@ def acoustic_parameters(samples: ArrayLike, sample_rate: float) -> Parameters:
     ------
     SignalError
         If there are no samples, they are not real numbers, time is not the last
-        axis, or the rate is not a positive whole number.
+        axis, or the rate is not a positive number.
 
     References
     ----------
@@ -145,10 +179,10 @@ def acoustic_parameters(samples: ArrayLike, sample_rate: float) -> Parameters:
     """
     from analysis.decay.response import analyse_responses
 
-    rate = check_sample_rate(sample_rate)
+    rate = check_rate(sample_rate)
     responses = as_responses(samples)
     rows = responses.reshape(-1, responses.shape[-1])
-    answers = analyse_responses(rows, float(rate))
+    answers = analyse_responses(rows, rate)
     return assemble(answers, responses.shape[:-1], 0.5 * rate)
 
 

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from analysis.parameters import as_responses
-from rir.response import check_sample_rate
+from analysis.parameters import as_responses, check_rate
 
 __all__ = ["Slopes", "fit_slopes"]
 
@@ -77,7 +76,7 @@ def fit_slopes(samples: ArrayLike, sample_rate: float) -> Slopes:
     >>> int(found.count), found.times.round(2), found.levels.round()
     (2, array([0.5, 2. ]), array([ -0., -20.]))
     """
-    rate = float(check_sample_rate(sample_rate))
+    rate = check_rate(sample_rate)
     responses = as_responses(samples)
     shape = responses.shape[:-1]
     rows = responses.reshape(-1, responses.shape[-1])

@@ -1,6 +1,6 @@
 """Count how often the report's 95 % intervals hold the truth.
 
-A large population of pairs is made once; sessions of 20 pairs are drawn from it,
+A large population of pairs is made once; sessions of 10 to 40 pairs are drawn from it,
 and the intervals of the mean paired distance, the mean un-paired distance and their
 ratio are compared with those of the whole population.
 """
@@ -9,6 +9,7 @@ import argparse
 import json
 import time
 from collections.abc import Sequence
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -80,15 +81,18 @@ def main(argv: Sequence[str] | None = None) -> int:
     populations = {
         f"box {s}": box_population(pool, s, np.random.default_rng(1)) for s in SYMBOLS
     }
-    for spread in (0.4, 0.8):
+    for spread in (0.4, 0.8, 1.0, 1.5):
         populations[f"log-normal {spread}"] = drawn_population(pool, spread, rng)
-    print(f"{'population':18} {'paired':>8} {'un-paired':>10} {'ratio':>8}")
-    for name, matrix in populations.items():
-        shares = coverage(matrix, sessions, 20, rng)
-        results[name] = dict(
+    print(f"{'population':26} {'paired':>8} {'un-paired':>10} {'ratio':>8}")
+    for name, size in product(populations, (10, 20, 40)):
+        if size != 20 and name.startswith("box"):
+            continue
+        shares = coverage(populations[name], sessions, size, rng)
+        label = f"{name}, {size} pairs"
+        results[label] = dict(
             zip(("paired", "unpaired", "ratio"), map(float, shares), strict=True)
         )
-        print(f"{name:18} {shares[0]:8.3f} {shares[1]:10.3f} {shares[2]:8.3f}")
+        print(f"{label:26} {shares[0]:8.3f} {shares[1]:10.3f} {shares[2]:8.3f}")
     print(f"{time.process_time() - begin:.0f} CPU-seconds")
     options.out.parent.mkdir(parents=True, exist_ok=True)
     options.out.write_text(json.dumps({"sessions": sessions, "share": results}))

@@ -145,7 +145,9 @@ def skip_click(energy, onset, stop, rate, noise, level):
     after = find_first(energy, first, level)
     if after < 0 or after - first < 0.03 * rate or after + int(0.012 * rate) >= stop:
         return onset
-    gap = sum_of(energy, first, after - 1) / (after - 1 - first)
+    # The first samples of a decay may lie under the level.
+    last = after - int(0.001 * rate) - 1
+    gap = sum_of(energy, first, last) / (last - first)
     click = largest(energy, onset, first)
     begin, end = after + int(0.002 * rate), after + int(0.012 * rate)
     decay = sum_of(energy, begin, end) / max(end - begin, 1)
