@@ -45,39 +45,40 @@ AVR_WEIGHTS = LossWeights(
 START_OPACITY = 1.0
 DENSITY_CELLS = 24
 LARGE_VALUES = 2**25
+LARGE_RAYS = 500
 
 
 @dataclass(frozen=True)
 class Config:
     """Sizes of the volume and of the rays through it."""
 
-    rays: int = 96
+    rays: int = 10
     "directions a listener looks in (paper: 64 x 32 + 2)"
-    shells: int = 32
+    shells: int = 8
     "points a ray (paper: 64)"
     far: float = 0.0
     "radius of the last shell, metres; 0 takes the scene's diagonal"
-    proposals: int = 4
-    "shells evaluated a ray, drawn by their weight; 0 evaluates all"
+    proposals: int = 0
+    "shells of a ray evaluated in training, drawn by their weight; 0: all"
     density: str = "grid"
     "where opacity comes from: grid (cheap) or network (paper)"
-    head: str = "bank"
+    head: str = "shell"
     "signal of a point: bank (responses at the total delay) or shell (paper)"
-    width: int = 128
+    width: int = 256
     "width of the signal network (paper: 512)"
     feature_width: int = 64
     "width of the point network (paper: 128)"
     channels: int = 48
     "responses in the bank"
-    octaves: int = 6
+    octaves: int = 8
     "frequencies of the position encoding (paper: a hash grid)"
     hash_levels: int = 0
     "levels of a hash grid in place of sinusoids (paper: 20)"
-    emission: str = "local"
+    emission: str = "pattern"
     "what points know of the emitter: local, pattern, absolute, absolute-pattern"
     # local: bearing in its frame; absolute: place and axes, as in the paper;
     # pattern: offset, or absolute place, and the known gain as a factor.
-    turning: bool = True
+    turning: bool = False
     "turn the rays at random in every step; few rays converge faster unturned"
     direct: bool = True
     "write the direct sound out, with a learned emitter pattern"
@@ -97,6 +98,7 @@ PRESETS = {
         feature_width=128,
         hash_levels=20,
         emission="absolute",
+        turning=True,
         direct=False,
     ),
 }
@@ -112,7 +114,7 @@ class Avr(nn.Module):
         self.config = config
         self.absolute = config.emission.startswith("absolute")
         self.takes_source = config.emission.endswith("pattern")
-        self.batch_size = 4 if config.head == "shell" else 8
+        self.batch_size = 16 if config.rays < LARGE_RAYS else 4
         self.n_samples = frame.n_samples
         self.samples_a_metre = frame.sample_rate / frame.speed_of_sound
         diagonal = float(np.linalg.norm(frame.high - frame.low)) + 1.0
@@ -367,7 +369,9 @@ class Avr(nn.Module):
         return directions, (harmonics(directions, 4) @ self.direct.pattern)[:, None]
 
     def read_pattern(self, query: Query) -> Tensor:
-        """Return the pattern read at the emitters' own places, detached."""
+        """Return the pattern it is linear in, or read at the emitters' own places."""
+        if self.takes_source:
+            return self.fitted
         from fields.selfsupervised.readout import network_pattern
 
         return network_pattern(self, query)
