@@ -1,6 +1,6 @@
 """What paths leave open: late sound, gains and the alarms of the gate."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,7 @@ MOST_FOLDS = 5
 LEAST_PER_FOLD = 6
 LEVEL_ALARM_DB = 1.0
 MOST_PAIR_GAIN = 4.0
+TRIMMED_ROWS = 150
 OPEN_ALARM = 0.9
 NEPER_DB = 10 / np.log(10)
 
@@ -87,7 +88,14 @@ class Completion:
         center = np.vstack(ends).mean(axis=0)
         tail = Tail(0, center, fit_set.sample_rate / speed, fit_set.n_samples)
         alarms = _alarms(fit_set, gate, tiles, model_misfit, regions)
-        return cls(tiles, model, gate, tail, alarms)
+        rough = cls(tiles, model, gate, tail, alarms)
+        if (gate.weights == 1).all() and (gate.shares == 1).all():
+            return rough
+        some = np.arange(0, len(fit_set), -(-len(fit_set) // TRIMMED_ROWS))
+        chosen = fit_set.rows(some)
+        told = rough.apply(early[some], chosen.emitters, chosen.listeners)
+        energies = held.measured[some], tiles.energies(told)
+        return replace(rough, gate=gate.trimmed(*energies, apart[some]))
 
     def apply(self, early: np.ndarray, emitters: Poses, listeners: Poses) -> np.ndarray:
         """Return completed responses, shape (rows, n_samples).
@@ -101,12 +109,12 @@ class Completion:
         """
         first, second = emitters.positions, listeners.positions
         apart = _apart(self.model.features.regions, first, second)
-        gains, shares, weights = self.gate.between(apart)
+        gains, shares, weights, trims = self.gate.between(apart)
         if (weights == 1).all() and (shares == 1).all():
             return self.tiles.gained(early, gains)
         target = self._targets(early, first, second, gains, weights)
         heard = self.tiles.energies(early)
-        wanted = np.exp(target)
+        wanted = np.exp(target) * trims**2
         pair = np.sqrt(wanted / np.maximum(heard, 1e-2 * wanted + 1e-300))
         pair = np.where(weights == 1, gains, np.minimum(pair, MOST_PAIR_GAIN))
         out = self.tiles.gained(early, pair * np.sqrt(shares))
@@ -164,6 +172,7 @@ class Completion:
             "gate_shares": self.gate.shares,
             "gate_weights": self.gate.weights,
             "gate_coherence": self.gate.coherence,
+            "gate_trims": self.gate.trims,
             "tail_seed": np.array(self.tail.seed),
             "tail_center": self.tail.center,
             "alarms": np.array(self.alarms, dtype=str),
@@ -274,7 +283,7 @@ def _left_out(
     return misfit
 
 
-_GATE = ("gains", "shares", "weights", "coherence")
+_GATE = ("gains", "shares", "weights", "coherence", "trims")
 _PARTS = ("measured", "told", "products", "shuffled")
 
 

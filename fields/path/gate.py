@@ -5,7 +5,7 @@ measured ones. Where they agree they are kept; where their waveform fails but th
 energy is still the best guess it is corrected; elsewhere the energy model speaks.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -51,23 +51,49 @@ class Gate:
         1 where nothing is to be changed but the gain. Same shape.
     coherence : numpy.ndarray
         As measured, same shape.
+    trims : numpy.ndarray
+        Amplitude gain of the whole answer, so that each tile's energy is right on
+        average; 1 where nothing but the paths speaks. Same shape.
     """
 
     gains: np.ndarray
     shares: np.ndarray
     weights: np.ndarray
     coherence: np.ndarray
+    trims: np.ndarray
 
     def between(self, apart: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return gains, shares and weights of pairs, each (pairs, bands, bins).
+        """Return gains, shares, weights and trims of pairs: (pairs, bands, bins).
 
         `apart`, shape (pairs,), is how little both ends share a region.
         """
         if len(self.gains) == 1:
             apart = np.zeros_like(apart)
         far = np.clip(apart, 0, 1)[:, None, None]
-        parts = self.gains, self.shares, self.weights
+        parts = self.gains, self.shares, self.weights, self.trims
         return tuple(one[0] + far * (one[-1] - one[0]) for one in parts)
+
+    def trimmed(
+        self, measured: np.ndarray, told: np.ndarray, apart: np.ndarray
+    ) -> "Gate":
+        """Return the gate with the mean energy of each tile put right.
+
+        `measured` and `told` are energies of the same pairs, (pairs, bands, bins);
+        each pair counts the same.
+        """
+        loud = measured.sum(axis=(1, 2), keepdims=True)
+        even = 1 / np.maximum(loud, 1e-12 * loud.max(initial=0.0) + 1e-300)
+        trims = np.ones_like(self.trims)
+        for kind in range(len(trims)):
+            rows = np.ones(len(apart), dtype=bool)
+            if len(trims) > 1:
+                rows = (apart < 0.5) == (kind == 0)
+            wanted = (measured[rows] * even[rows]).sum(axis=0)
+            found = (told[rows] * even[rows]).sum(axis=0)
+            ratio = wanted / np.maximum(found, 1e-6 * wanted + 1e-300)
+            trims[kind] = np.clip(np.sqrt(ratio), 1 / MOST_GAIN, MOST_GAIN)
+        open_tiles = (self.weights < 1) | (self.shares < 1)
+        return replace(self, trims=np.where(open_tiles, trims, 1.0))
 
     @property
     def off(self) -> float:
@@ -139,7 +165,7 @@ def _judged(
     total = np.maximum(path_error + model_error, 1e-300)
     weight = np.clip(model_error / total, 0.0, 1.0)
     weight = np.where(explained, 1.0, np.where(starved, 0.0, weight))
-    return gain, share, weight, coherence
+    return gain, share, weight, coherence, np.ones_like(gain)
 
 
 def _spread(products: np.ndarray) -> np.ndarray:
