@@ -118,11 +118,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _memory(
-    recording: np.ndarray,
-    ours: Callable[..., object],
-    n: int,
-    seconds: int,
-    length: int,
+    recording: np.ndarray, ours: Callable[..., object], seconds: int, length: int
 ) -> dict[str, float]:
     """Return memory over that of input and output: what Python sees, and all."""
     channels, n = recording.shape

@@ -187,7 +187,7 @@ def _append(
     except SignalError as error:
         log.warning("%s left out: %s", take.name, error)
         return
-    responses = examiner.responses(samples, started)
+    responses = examiner.responses(samples)
     emitters, listeners = take_poses(examiner.config, started)
     speakers, channels = np.indices((len(emitters), len(listeners))).reshape(2, -1)
     columns = _columns(examiner.config, measure, take, started)

@@ -86,7 +86,7 @@ def fit_clock(loopback: Array, excitation: Excitation) -> Clock:
         return Clock(np.nan, 0.0, np.nan)
     step, sigma = 0.0, np.inf
     drift, spectrum = 0.0, excitation.transform(loopback)
-    fit = _Phases.of(spectrum, excitation, drift)
+    fit = undrifting = _Phases.of(spectrum, excitation, drift)
     for _ in range(ROUNDS):
         step, sigma = fit.step()
         if abs(step) < max(SETTLED, 0.01 * sigma):
@@ -97,7 +97,7 @@ def fit_clock(loopback: Array, excitation: Excitation) -> Clock:
     clock = Clock(fit.latency(), drift, sigma, doubt)
     if clock.runs_off:
         return clock
-    still = _Phases.of(spectrum, excitation, 0.0).latency(drifts=False)
+    still = undrifting.latency(drifts=False)
     return Clock(still, drift, sigma, doubt)
 
 

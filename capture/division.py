@@ -169,20 +169,21 @@ class Divider:
     def _mixed(self, first: int, last: int) -> Part:
         excitation = self._reference.excitation
         mixed, heard = np.zeros((1, excitation.n)), np.zeros((1, self._n))
-        energies = []
-        for few in _slices(first, last):
-            rows, lags, energy = self._divided(few)
-            level = np.sqrt(np.einsum("cn,cn->c", rows, rows) / self._n)
-            weight = np.where(level > 0, 1 / np.where(level > 0, level, 1), 0)
-            weight *= np.where(np.arange(few.start, few.stop) % 4 == 2, -1.0, 1.0)
-            for row, lag, share in zip(rows, lags, weight, strict=True):
-                row *= share
-                lag *= share
-                heard[0] += row
-                mixed[0] += lag
-            energies.append(energy)
-            del rows, lags, row, lag  # a group of an array shall not hold its last
+        energies = [self._mix(few, heard[0], mixed[0]) for few in _slices(first, last)]
         rest = resynthesise(mixed, self._reference, self._gate, self._n)
         residual = compare_blocks(rest, heard, excitation.sample_rate)
         groups = [list(range(first, last))]
         return Part(np.concatenate(energies), residual, groups, None)
+
+    def _mix(self, few: slice, heard: Array, mixed: Array) -> Array:
+        """Divide a few channels, add them to the mixes and return their energies."""
+        rows, lags, energy = self._divided(few)
+        level = np.sqrt(np.einsum("cn,cn->c", rows, rows) / self._n)
+        weight = np.where(level > 0, 1 / np.where(level > 0, level, 1), 0)
+        weight *= np.where(np.arange(few.start, few.stop) % 4 == 2, -1.0, 1.0)
+        for row, lag, share in zip(rows, lags, weight, strict=True):
+            row *= share
+            lag *= share
+            heard += row
+            mixed += lag
+        return energy

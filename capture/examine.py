@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.config import SessionConfig
-from capture.examination import Examined, examine
+from capture.examination import Examined, divide_only, examine
 from capture.excitation import Excitation
 from capture.interfaces.protocol import Recording
 from capture.journal import Event
@@ -159,15 +159,17 @@ class Examiner:
         event : dict
             The take's ``take_started`` event.
         """
+        microphones, reference = self._referred(samples)
+        looped = reference.loopback is not None
+        delays = self._direct_delays(event) if looped else None
+        return examine(microphones, reference, self._golden, delays, Limits())
+
+    def _referred(self, samples: FloatArray) -> tuple[FloatArray, Reference]:
+        """Return the microphones of a take and what to divide them by."""
         looped = self.config.channels.loopback is not None
         microphones = samples[:-1] if looped else samples[:, self.n_noise :]
-        return examine(
-            microphones,
-            refer(self.grid(microphones.shape[-1]), samples[-1] if looped else None),
-            self._golden,
-            self._direct_delays(event) if looped else None,
-            Limits(),
-        )
+        grid = self.grid(microphones.shape[-1])
+        return microphones, refer(grid, samples[-1] if looped else None)
 
     def grid(self, n: int) -> Excitation:
         """Return the transformed sweep for takes of n samples; all takes share it."""
@@ -182,12 +184,14 @@ class Examiner:
             )
         return self._grids[n]
 
-    def responses(self, samples: FloatArray, event: Event) -> FloatArray:
-        """Return a take's responses, each loudspeaker's microphones in turn.
+    def responses(self, samples: FloatArray) -> FloatArray:
+        """Return a judged take's responses, each loudspeaker's microphones in turn.
 
         Shape (loudspeakers · microphones, pre + length).
         """
-        return self.interleaving.separate(self.respond(samples, event).response)
+        return self.interleaving.separate(
+            divide_only(*self._referred(samples)).response
+        )
 
     def _direct_delays(self, event: Event) -> FloatArray | None:
         """Return the expected arrival of the direct sound per microphone [s]."""

@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 FLOOR = 1e-6
-GUARD_LOW = 1e-4
+GUARD_LOW = 1e-5
 GUARD_HIGH = 0.1
 TIME_GRID = 96
 
@@ -112,13 +112,20 @@ class Excitation:
         centers = np.sqrt(self.frequencies[edges[:-1]] * self.frequencies[edges[1:]])
         return centers, means
 
+    @cached_property
+    def _line(self) -> tuple[float, float]:
+        """Slope and start of the times over the logarithms of the frequencies."""
+        centers, means = self._timing
+        slope, start = np.polyfit(np.log(centers), means, 1)
+        return float(slope), float(start)
+
     def time_played(self, frequencies: Array) -> Array:
         """Return when frequencies are played: the excitation's group delay, s."""
         centers, means = self._timing
         logs = np.log(centers)
         wanted = np.log(frequencies)
         inner = np.interp(wanted, logs, means)
-        slope = np.polyfit(logs, means, 1)[0]
+        slope, _ = self._line
         return (
             inner
             + slope * np.minimum(wanted - logs[0], 0)
@@ -130,7 +137,7 @@ class Excitation:
         """Seconds in which the frequency grows by e; 0 for what is no sweep."""
         centers, means = self._timing
         logs = np.log(centers)
-        slope, start = np.polyfit(logs, means, 1)
+        slope, start = self._line
         spread = np.std(means - slope * logs - start)
         return float(slope) if spread < 0.05 * abs(slope) else 0.0
 
@@ -143,8 +150,15 @@ class Excitation:
         count = int(self.n_played / (1 + drift))
         return self._fft.rfft(evaluate_stretched(whole, n, count, drift), self.n)
 
+    @cached_property
+    def inverse_spectrum(self) -> ComplexArray:
+        """What to multiply with instead of dividing by `spectrum`."""
+        return self.reciprocal(self.spectrum)
+
     def divide(self, spectrum: ComplexArray, by: ComplexArray) -> ComplexArray:
         """Divide two spectra inside the band."""
+        if by is self.spectrum:
+            return spectrum * self.inverse_spectrum
         return spectrum * self.reciprocal(by)
 
     def reciprocal(self, spectrum: ComplexArray) -> ComplexArray:

@@ -104,7 +104,7 @@ class PairJudge:
         if take not in self._known:
             samples = self.folder.read_raw(state.takes[take].event["file"])
             started = state.started[take]
-            response = self.examiner.responses(samples, started)
+            response = self.examiner.responses(samples)
             self.remember(take, samples, response, started)
         return self._known[take]
 
