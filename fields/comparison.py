@@ -94,7 +94,14 @@ class CompareConfig(Config):
         def sized(one: ModelConfig) -> ModelConfig:
             if "paper" not in FIELDS[one.model].load_module().PRESETS:
                 return one
-            return one.model_copy(update={"preset": "paper", "config": {}})
+            return one.model_copy(
+                update={
+                    "preset": "paper",
+                    "config": {},
+                    "batch_size": None,
+                    "learning_rate": None,
+                }
+            )
 
         more = {"listeners": PAPER_LISTENERS}
         return self.model_copy(
