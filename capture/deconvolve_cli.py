@@ -10,6 +10,9 @@ from rir.command import run
 
 __all__ = ["app", "main"]
 
+SPOILED = 3
+"""Exit code of --strict: written, but not to be trusted."""
+
 app = typer.Typer(add_completion=False, no_args_is_help=True)
 
 
@@ -47,6 +50,10 @@ def deconvolve_sweep(
     pre: Annotated[
         float, typer.Option("--pre", help="Seconds to keep before emission.")
     ] = 0.0,
+    strict: Annotated[
+        bool,
+        typer.Option("--strict", help="Exit with code 3 if a hard fault is flagged."),
+    ] = False,
 ) -> None:
     """Deconvolve recorded sweeps, check them, and write the responses.
 
@@ -55,7 +62,10 @@ def deconvolve_sweep(
     from capture.deconvolve_files import Job, deconvolve_files
 
     job = Job(recording, excitation, out, loopback, loopback_channel, band, length, pre)
-    _tell(deconvolve_files(job), out)
+    results = deconvolve_files(job)
+    _tell(results, out)
+    if strict and any(result.flags for result in results):
+        raise typer.Exit(SPOILED)
 
 
 def _tell(results: Sequence[Any], out: Path) -> None:

@@ -93,7 +93,11 @@ class Excitation:
     def target(self) -> ComplexArray:
         """The band's gain, see `capture.target`."""
         return band_target(
-            self.frequencies, self.band, self.occupied, self.pre / self.sample_rate
+            self.frequencies,
+            self.band,
+            self.occupied,
+            self.pre / self.sample_rate,
+            self.length / self.sample_rate,
         )
 
     @cached_property

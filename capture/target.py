@@ -17,7 +17,8 @@ EDGE_LEVEL = 0.1
 TREND_SPAN = 2 ** (1 / 6)
 OVERSAMPLING = 16
 SPLINE_ORDER = 6
-RING_PERIODS = 6.0
+RING_PERIODS = (6.0, 7.5)
+RING_SHARE = 0.75
 LONGEST_PRE_PERIODS = 4.0
 BAND_WEIGHT, SLOPE_WEIGHT = 1e5, 0.05
 SMALLEST_SHARE = 1e-12
@@ -96,6 +97,7 @@ def band_target(
     band: tuple[float, float],
     occupied: tuple[float, float],
     pre: float,
+    length: float = 0.0,
 ) -> ComplexArray:
     """Return the gain that is 1 inside a band and rolls off smoothly outside.
 
@@ -113,6 +115,9 @@ def band_target(
         Range in which the excitation has energy, Hz.
     pre : float
         Time before the emission that is kept, s.
+    length : float
+        Time after the emission that is kept, s: the slope rings longer, and errs
+        less, where there is room for it.
 
     Returns
     -------
@@ -124,7 +129,9 @@ def band_target(
     floor = low / 2 ** (round(24 * np.log2(low / floor)) / 24)
     nyquist = float(frequencies[-1])
     ceiling = min(max(occupied[1], 1.05 * high), 1.4 * high, nyquist)
-    target = 1 - _low_part(frequencies, low, floor, min(pre, LONGEST_PRE_PERIODS / low))
+    pre = min(pre, LONGEST_PRE_PERIODS / low)
+    ring = round(float(np.clip(RING_SHARE * length * low, *RING_PERIODS)), 1) / low
+    target = 1 - _low_part(frequencies, low, floor, pre, ring)
     if ceiling > high:
         fall = np.clip((ceiling - frequencies) / (ceiling - high), 0, 1)
         target *= np.sin(np.pi / 2 * fall) ** 2
@@ -134,9 +141,11 @@ def band_target(
     return target
 
 
-def _low_part(frequencies: Array, low: float, floor: float, pre: float) -> ComplexArray:
-    """Return a low-pass whose impulse response begins at ``-pre``."""
-    times, weights = _low_pass(low, floor, round(pre * low, 2) / low)
+def _low_part(
+    frequencies: Array, low: float, floor: float, pre: float, ring: float
+) -> ComplexArray:
+    """Return a low-pass whose impulse response lasts from ``-pre`` to `ring`."""
+    times, weights = _low_pass(low, floor, round(pre * low, 2) / low, ring)
     rate = OVERSAMPLING * low
     gain = np.zeros(frequencies.size, dtype=complex)
     below = np.searchsorted(frequencies, rate)
@@ -159,10 +168,10 @@ def _low_part(frequencies: Array, low: float, floor: float, pre: float) -> Compl
 
 
 @lru_cache(maxsize=64)
-def _low_pass(low: float, floor: float, pre: float) -> tuple[Array, Array]:
+def _low_pass(low: float, floor: float, pre: float, ring: float) -> tuple[Array, Array]:
     """Design spline weights: 1 below `floor`, 0 above `low`, nothing before -pre."""
     rate = OVERSAMPLING * low
-    span = pre + RING_PERIODS / low
+    span = pre + ring
     count = int(span * rate) - SPLINE_ORDER
     times = -pre + (SPLINE_ORDER / 2 + np.arange(count)) / rate
     grid = np.arange(0, rate / 2, 1 / (3 * span))

@@ -27,7 +27,8 @@ def check_crosstalk(take: Evidence) -> Iterator[Verdict]:
     It must stand out of what else lies before the direct sound: noise, and the
     ringing of the band's edges, which a high-pass shortens.
     """
-    take.figures["crosstalk_db"] = [None] * len(take.response)
+    levels: list[float | None] = [None] * len(take.response)
+    take.figures["crosstalk_db"] = levels
     if take.cable is None or take.swapped:
         return
     for channel in np.flatnonzero(take.finite & (take.peaks > 0)):
@@ -35,7 +36,7 @@ def check_crosstalk(take: Evidence) -> Iterator[Verdict]:
         if found is None:
             continue
         level, contrast = found
-        take.figures["crosstalk_db"][channel] = round(level, 1)
+        levels[channel] = round(level, 1)
         if contrast < ABOVE or level < take.limits.crosstalk_db:
             continue
         yield Verdict(
