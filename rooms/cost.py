@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,9 @@ from numpy.typing import NDArray
 from rir import Poses
 from rir.cost import CostCurve, measure_cost
 from rir.physics import decibels
+from rooms.effects import Tolerance
 from rooms.geometry import Shoebox
+from rooms.plan import plan_effects
 from rooms.scene import Scene
 from rooms.simulation import simulate
 
@@ -18,11 +21,13 @@ __all__ = ["measure_knobs"]
 
 FloatArray = NDArray[np.float64]
 Setting = tuple[str, dict[str, Any]]
-_RAYS = (1000, 4000, 16000, 64000)
+_RAYS = (1000, 4000, 16000)
 _ORDERS = (1, 3, 6, 10, 17, 30)
 _MESH_ORDERS = (0, 1, 2, 3, 4, 5)
 _SHARES = (0.125, 0.25, 0.5, 0.75)
-_BEST_RAYS = 256_000
+_BEST_RAYS = 64_000
+_BANDS = (1, 2, 4, 7)
+_TOLERANCES = (0.1, 0.5, 1.0, 2.0, 4.0)
 
 
 def clarity_per_octave(
@@ -79,16 +84,24 @@ def measure_knobs(
     heard = scene.bands[scene.bands < sample_rate / 2]
 
     def run(setting: Setting, _: object = None) -> FloatArray:
-        made = simulate(scene, emitters, listeners, **(fixed | setting[1]))
-        return made.responses
+        return make(setting, emitters, listeners)
 
     def warm(setting: Setting) -> None:
-        simulate(scene, emitters[:1], listeners[:1], **(fixed | setting[1]))
+        make(setting, emitters[:1], listeners[:1])
+
+    def make(setting: Setting, *places: Poses) -> FloatArray:
+        options = fixed | setting[1]
+        room = options.pop("scene", scene)
+        plan = None
+        if "tolerance" in options:
+            plan = plan_effects(room, **options)
+            options.pop("tolerance")
+        return simulate(room, *places, **options, plan=plan).responses
 
     def clarity(responses: FloatArray) -> FloatArray:
         return clarity_per_octave(responses, sample_rate, heard)
 
-    truth = clarity(run(("reference", {})))
+    truth = clarity(run(("reference", {"tolerance": scaled_tolerance(0.01)})))
     return [
         measure_cost(
             knob,
@@ -113,7 +126,9 @@ def measure_knobs(
 def knobs_of(scene: Scene, duration: float) -> dict[str, list[Setting]]:
     """Return the knobs of a scene, each with its named options of `simulate`.
 
-    Reflection order; rays, unless the scene needs none; length.
+    Reflection order; rays, unless the scene needs none; length; number of bands
+    told apart; and the tolerance that effects left off must keep, as a multiple of
+    the just-noticeable differences.
     """
     boxed = isinstance(scene.geometry, Shoebox)
     orders = _ORDERS if boxed else _MESH_ORDERS
@@ -126,4 +141,28 @@ def knobs_of(scene: Scene, duration: float) -> dict[str, list[Setting]]:
         (f"{share * duration:.2f} s", {"duration": share * duration})
         for share in _SHARES
     ]
+    knobs["bands"] = [(f"{n}", {"scene": merge_bands(scene, n)}) for n in _BANDS]
+    knobs["tolerance"] = [
+        (f"x{factor:g}", {"tolerance": scaled_tolerance(factor)})
+        for factor in _TOLERANCES
+    ]
     return knobs
+
+
+def scaled_tolerance(factor: float) -> Tolerance:
+    """Return the just-noticeable differences times a factor."""
+    return Tolerance(*(factor * limit for limit in vars(Tolerance()).values()))
+
+
+def merge_bands(scene: Scene, count: int) -> Scene:
+    """Return a scene that tells only so many bands apart, each a few octaves wide.
+
+    A band lies at the geometric mean of its octaves and has their mean shares.
+    """
+    groups = np.array_split(np.arange(len(scene.bands)), count)
+    shares = {
+        name: np.stack([getattr(scene, name)[:, g].mean(axis=1) for g in groups], 1)
+        for name in ("absorption", "scattering", "transmission")
+    }
+    centers = [float(np.exp(np.log(scene.bands[g]).mean())) for g in groups]
+    return replace(scene, bands=np.array(centers), **shares)

@@ -26,6 +26,9 @@ _PER_DB = {
 }
 """What the lowest octave strays per dB of level (benchmarks/planner_honesty)."""
 
+_SKIRT = 0.8
+"""How far below its edge, as a factor, the lowest octave still hears single modes."""
+
 _RUMBLE = 12.0
 """Below this [Hz] the grid is faded out: the impulse moves air for good, and the
 pressure of a closed room would climb, which no loudspeaker makes it do."""
@@ -59,11 +62,11 @@ def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Verdict:
     if not getattr(scene.geometry, "watertight", False):
         return Verdict(False, "an open mesh encloses no air to make a grid of")
     edge = float(scene.bands[0]) / np.sqrt(2)
-    if frequency < edge:
+    if frequency < _SKIRT * edge:
         why = f"single modes end at {frequency:.0f} Hz, below the lowest octave"
         return Verdict(False, why)
     # levels stray by about 5.6 dB where modes do not overlap
-    stray = 5.6 * min(1.0, (frequency - edge) / edge)
+    stray = 5.6 * min(1.0, frequency / edge - _SKIRT)
     errors = {kind: factor * float(stray) for kind, factor in _PER_DB.items()}
     why = f"single modes stand out up to {frequency:.0f} Hz"
     if crossover_of(scene, budget) <= _LOWEST:

@@ -4,11 +4,16 @@ import numpy as np
 
 from rooms.effects.effect import Effect, Tolerance, Verdict, judged
 from rooms.energy_flow import energy_flow
+from rooms.geometry import Shoebox
 from rooms.predict import equivalent_box, predicted_errors
 from rooms.scene import Scene
 from rooms.sound import Budget, Sound
 
 __all__ = ["SCATTERING"]
+
+_ODD_SHAPE = 100.0
+"""Percent of T60 per root of the scattered share in rooms that are not boxes: what
+mirrors keep between hard walls of coupled rooms lasts longest of all."""
 
 
 def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Verdict:
@@ -23,8 +28,9 @@ def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Verdict:
     # another, and an octave's level and slope follow with a few dozen degrees of
     # freedom
     errors["level_db"] = max(errors["level_db"], 2 * share**0.5)
+    boxed = isinstance(scene.geometry, Shoebox)
     errors["reverberation_percent"] = max(
-        errors["reverberation_percent"], 25 * share**0.5
+        errors["reverberation_percent"], (25 if boxed else _ODD_SHAPE) * share**0.5
     )
     return judged(tolerance, errors, f"{100 * share:.1f} % of the sound is scattered")
 

@@ -4,6 +4,7 @@ import pytest
 from rir.errors import SceneError
 from rooms.mesh import MeshGeometry, find_paths
 from rooms.rays import trace_energy
+from rooms.rays.patches import find_patches
 
 FLOOR = [(0, 0), (6, 0), (6, 2.5), (3, 2.5), (3, 5), (0, 5)]
 C = 343.2
@@ -98,6 +99,25 @@ def test_bands_of_one_ray_are_as_if_each_were_traced_alone():
         error = np.hypot(joint.total_error[0, 0, band], alone.total_error[0, 0, 0])
         gap = joint.energy[0, 0, band].sum() - alone.energy.sum()
         assert abs(gap) < 4 * error
+
+
+def test_few_rays_are_enough_where_all_is_smooth():
+    room = MeshGeometry.extruded(FLOOR, 3)
+    wanted = traced(room, 0.2, 0.3, rays=60_000, seed=9).energy[0, 0, 0]
+    got = traced(room, 0.2, 0.3, rays=2000).energy[0, 0, 0]
+    ratio = got.reshape(-1, 25).sum(axis=1)[1:10] / wanted.reshape(-1, 25).sum(1)[1:10]
+    np.testing.assert_allclose(10 * np.log10(ratio), 0, atol=0.5)
+
+
+def test_patches_cover_the_surfaces_once():
+    for room in (MeshGeometry.box((6, 5, 3)), MeshGeometry.extruded(FLOOR, 3)):
+        for count in (1, 50, 700):
+            patches = find_patches(room, count)
+            np.testing.assert_allclose(patches.area.sum(), room.areas.sum())
+            assert len(patches) < 2 * count + 3 * len(room.faces)
+    both = MeshGeometry.from_arrays(room.vertices + room.origin, room.faces[:-2])
+    open_area = find_patches(both, 300).area.sum()
+    np.testing.assert_allclose(open_area, 2 * both.areas.sum())
 
 
 def test_error_is_honest_and_falls_with_the_rays():
