@@ -147,7 +147,7 @@ def _plan(request: Request) -> TrainingPlan:
         steps=request.steps or UNLIMITED_STEPS,
         budget_s=parse_seconds(request.budget),
         exchange=exchange_form(request.exchange),
-        self_supervised="teacher" if request.self_supervised else "none",
+        self_supervised="pattern" if request.self_supervised else "none",
         seed=request.seed,
         device=request.device,
         precision=request.precision,

@@ -25,7 +25,7 @@ UNLIMITED_STEPS = 10_000_000
 
 def train(
     dataset: Dataset,
-    model: str = "inras",
+    model: str = "avr",
     exchange: bool | str = False,
     self_supervised: bool | str = False,
     budget_s: float | None = None,
@@ -194,7 +194,7 @@ def exchange_form(exchange: bool | str) -> str:
 
 def _self_supervised_form(form: bool | str) -> str:
     if isinstance(form, bool):
-        return "teacher" if form else "none"
+        return "pattern" if form else "none"
     if form in SELF_SUPERVISED:
         return form
     raise ConfigError(
