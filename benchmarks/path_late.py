@@ -133,6 +133,9 @@ class Truth:
         self.emitters, self.columns = places(rng)
         self.energy = trace(self.emitters, rays, seed)[:, :, FIRST_BIN:]
         self.times = (np.arange(FIRST_BIN, LAST_BIN + 1) + 0.5) * BIN_S
+        emitters, listeners, energies = self.rows(np.arange(len(self.emitters)))
+        rooms = (emitters[:, 0] > 5).astype(int), (listeners[:, 0] > 5).astype(int)
+        self.rates = common_rates(region_curves(energies, *rooms), self.times)
 
     def rows(self, which: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return emitters, listeners and energies of all pairs of emitters."""
@@ -199,11 +202,13 @@ def errors(
     }
 
 
-def fade_in_right(maps: LateMaps, ends: tuple, energies: np.ndarray, times) -> float:
+def fade_in_right(
+    maps: LateMaps, ends: tuple, energies: np.ndarray, times: np.ndarray, rates
+) -> float:
     """Return the share of pairs whose fast amplitude has the sign of the truth's."""
     if len(maps.rates) < 2:
         return float("nan")
-    waves = np.exp(-np.outer(maps.rates, times)).T
+    waves = np.exp(-np.outer(rates, times)).T
     scaled = waves[None] / energies[..., None]
     normal = np.einsum("ntk,ntl->nkl", scaled, scaled)
     true = np.linalg.solve(normal, scaled.sum(axis=1)[..., None])[:, 1, 0]
@@ -248,6 +253,7 @@ def run(rays: int, draws: int) -> dict[str, dict[str, float]]:
                     tuple(one[across] for one in ends),
                     energies[across],
                     truth.times,
+                    truth.rates,
                 )
                 back = maps.log_energies(ends[1], ends[0], truth.times)
                 found["swap"] = float(np.abs(back - told).max())

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from fields.path.calm import CalmTail
 from fields.path.energy import EnergyModel
 from fields.path.features import PlaceFeatures
 from fields.path.fitset import FitSet
@@ -50,11 +51,18 @@ class Completion:
     tiles: Tiles
     model: EnergyModel
     gate: Gate
-    tail: Tail
+    tail: Tail | CalmTail
     alarms: list[str] = field(default_factory=list)
 
     @classmethod
-    def fit(cls, fit_set: FitSet, early: np.ndarray, paths: Any) -> "Completion":
+    def fit(
+        cls,
+        fit_set: FitSet,
+        early: np.ndarray,
+        paths: Any,
+        *,
+        spatial: bool = False,
+    ) -> "Completion":
         """Learn from measured rows and what paths say of them.
 
         Parameters
@@ -65,6 +73,9 @@ class Completion:
             The paths' answer, shape (rows, n_samples); zeros without paths.
         paths : object or None
             The paths; their ``speed_of_sound`` and ``length_sd`` are used.
+        spatial : bool
+            Let the tail differ from place to place as in a diffuse field. The
+            default is one even waveform, which is the better guess of each.
         """
         most = int(np.clip(MOST_SAMPLES // fit_set.n_samples, LEAST_ROWS, MOST_ROWS))
         if len(fit_set) > most:
@@ -86,7 +97,7 @@ class Completion:
         apart = _apart(regions, *ends)
         gate = judge(held, expected, _path_ratio(held), model_misfit, apart)
         center = np.vstack(ends).mean(axis=0)
-        tail = Tail(0, center, fit_set.sample_rate / speed, fit_set.n_samples)
+        tail = _tail(spatial, 0, center, tiles, speed)
         alarms = _alarms(fit_set, gate, tiles, model_misfit, regions)
         rough = cls(tiles, model, gate, tail, alarms)
         if (gate.weights == 1).all() and (gate.shares == 1).all():
@@ -175,6 +186,7 @@ class Completion:
             "gate_trims": self.gate.trims,
             "tail_seed": np.array(self.tail.seed),
             "tail_center": self.tail.center,
+            "tail_spatial": np.array(isinstance(self.tail, Tail)),
             "alarms": np.array(self.alarms, dtype=str),
         }
 
@@ -196,9 +208,17 @@ class Completion:
         model = EnergyModel(tuple(maps), arrays["profiles"], features, speed)
         gate = Gate(*(arrays[f"gate_{name}"] for name in _GATE))
         center, seed = arrays["tail_center"], int(arrays["tail_seed"])
-        tail = Tail(seed, center, tiles.sample_rate / speed, tiles.n_samples)
+        spatial = bool(arrays["tail_spatial"])
+        tail = _tail(spatial, seed, center, tiles, speed)
         alarms = [str(one) for one in arrays["alarms"]]
         return cls(tiles, model, gate, tail, alarms)
+
+
+def _tail(
+    spatial: bool, seed: int, center: np.ndarray, tiles: Tiles, speed: float
+) -> Tail | CalmTail:
+    shape = seed, center, tiles.sample_rate / speed, tiles.n_samples
+    return Tail(*shape) if spatial else CalmTail(*shape, tiles.sample_rate)
 
 
 def _padded(rows: list[np.ndarray], length: int) -> np.ndarray:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
+from fields.path.calm import even_noise
 from fields.path.completion import Completion
 from fields.path.fitset import FitSet, place_numbers
 from fields.path.horizon import Doubt, coherence_horizon, predicted_coherence
@@ -65,10 +66,11 @@ def test_a_wrong_level_of_good_paths_is_mended():
     assert gap < 1e-3
 
 
-def test_swapped_ends_are_told_the_same_bits():
+@pytest.mark.parametrize("spatial", [False, True])
+def test_swapped_ends_are_told_the_same_bits(spatial):
     rows = fit_set()
     early = np.zeros_like(rows.responses)
-    completion = Completion.fit(rows, early, None)
+    completion = Completion.fit(rows, early, None, spatial=spatial)
     there = completion.apply(early, rows.emitters, rows.listeners)
     back = completion.apply(early, rows.listeners, rows.emitters)
     assert np.abs(there).max() > 0
@@ -129,6 +131,14 @@ def test_the_tail_moves_smoothly_and_waits_for_the_direct_sound():
     assert ((moved - sound) ** 2).sum() < 1e-3 * (sound**2).sum()
     onset = int(np.linalg.norm(first - second) / SPEED * RATE)
     assert not sound[0, : onset - 1].any()
+
+
+def test_even_noise_swings_less_than_noise():
+    noise = even_noise(4000, RATE, seed=0)
+    frames = np.lib.stride_tricks.sliding_window_view(noise, 150)[::30]
+    level = np.abs(np.fft.rfft(frames * np.hanning(150)))[:, 3:-3]
+    assert level.std() / level.mean() < 0.4  # 0.52 in noise
+    assert_allclose(noise.std(), 1.0, atol=0.05)
 
 
 def test_horizons_follow_the_closed_form():

@@ -1,0 +1,92 @@
+"""A tail whose spectrogram is as even as a waveform's can be.
+
+What cannot be predicted is best answered by its mean: a noise of its own would only
+add its own chance to the truth's. Alternating projections between waveforms and flat
+spectrograms of several windows halve the swing of noise.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+__all__ = ["CalmTail", "even_noise"]
+
+WINDOWS_S = ((0.019, 0.0038), (0.0095, 0.0019), (0.0047, 0.0006))
+STEPS = 60
+MARGIN_S = 0.04
+
+
+@dataclass(frozen=True, eq=False)
+class CalmTail:
+    """Hold one even waveform that every pair hears after its direct sound.
+
+    The same at all places: symmetric and without jumps, but not spatial; use
+    `fields.path.tail.Tail` where neighbouring listeners must differ.
+
+    Parameters
+    ----------
+    seed : int
+        Of the first noise.
+    center : numpy.ndarray
+        Not used; as for `Tail`.
+    samples_a_metre : float
+        Sample rate over speed of sound.
+    n_samples : int
+        Length of a response.
+    sample_rate : float
+        Hertz.
+    """
+
+    seed: int
+    center: np.ndarray
+    samples_a_metre: float
+    n_samples: int
+    sample_rate: float
+
+    def __call__(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+        """Return even sound between places, (rows, 3) each: (rows, n_samples)."""
+        onset = np.linalg.norm(first - second, axis=1) * self.samples_a_metre
+        heard = np.arange(self.n_samples) >= onset[:, None]
+        return np.where(heard, self._wave, 0.0)
+
+    @cached_property
+    def _wave(self) -> np.ndarray:
+        return even_noise(self.n_samples, self.sample_rate, seed=self.seed)
+
+
+def even_noise(n_samples: int, sample_rate: float, *, seed: int) -> np.ndarray:
+    """Return noise of variance 1 with an even spectrogram, shape (n_samples,)."""
+    margin = round(MARGIN_S * sample_rate) + 64
+    total = n_samples + 2 * margin
+    noise = np.random.default_rng(seed).standard_normal(total)
+    shapes = []
+    for window_s, hop_s in WINDOWS_S:
+        width = max(round(window_s * sample_rate), 4)
+        hop = max(round(hop_s * sample_rate), 1)
+        window = np.hanning(width + 2)[1:-1]
+        places = np.arange(0, total - width + 1, hop)[:, None] + np.arange(width)
+        each = np.tile(window**2, len(places))
+        cover = np.bincount(places.ravel(), each, total)
+        shapes.append((window, places, np.maximum(cover, 0.05)))
+    for _ in range(STEPS):
+        parts = [_flattened(noise, *shape) for shape in shapes]
+        joined = np.sum(parts, axis=0)
+        noise = joined / joined.std()
+    return noise[margin : margin + n_samples]
+
+
+def _flattened(
+    noise: np.ndarray, window: np.ndarray, places: np.ndarray, cover: np.ndarray
+) -> np.ndarray:
+    """Return the waveform nearest to a flat spectrogram of one window."""
+    width = len(window)
+    size = 2 * int(2 ** np.ceil(np.log2(width)))
+    from scipy.fft import irfft, rfft
+
+    spectra = np.asarray(rfft(noise[places] * window, size))
+    level = np.sqrt((window**2).sum())
+    flat = spectra * (level / (np.abs(spectra) + 1e-9))
+    frames = np.asarray(irfft(flat, size))[:, :width] * window
+    joined = np.bincount(places.ravel(), frames.ravel(), len(noise))
+    return joined / cover
