@@ -6,6 +6,7 @@ from numpy.typing import ArrayLike
 from analysis.bank import bands_of
 from analysis.decay.answer import Answers
 from analysis.parameters import Parameters, as_responses, assemble, check_rate
+from analysis.threads import share_rows
 
 __all__ = ["band_parameters"]
 
@@ -17,6 +18,7 @@ def band_parameters(
     *,
     fraction: int | None = None,
     zero_phase: bool = False,
+    threads: int = 1,
 ) -> Parameters:
     """Estimate room-acoustic parameters per frequency band.
 
@@ -37,6 +39,9 @@ def band_parameters(
     zero_phase : bool
         Filter forward and backward: twice the attenuation of one pass. Bands have no
         delay either way.
+    threads : int
+        How many groups of responses are analysed at once; the answers do not depend
+        on it.
 
     Returns
     -------
@@ -61,13 +66,18 @@ def band_parameters(
     >>> found["T30"].round(1)
     array([1., 1., 1.])
     """
-    from analysis.band_rows import analyse_bands
+    from analysis.band_rows import CHUNK, analyse_bands
 
     rate = check_rate(sample_rate)
     responses = as_responses(samples)
     bands = bands_of(centers, fraction, zero_phase=zero_phase)
     rows = responses.reshape(-1, responses.shape[-1])
     answers = Answers.empty(len(rows) * len(bands))
-    analyse_bands(rows, float(rate), bands, answers)
+
+    def work(first: int, last: int) -> None:
+        part = answers.part(first * len(bands), last * len(bands))
+        analyse_bands(rows[first:last], rate, bands, part)
+
+    share_rows(work, len(rows), threads, CHUNK)
     widths = np.array([band.width for band in bands])
     return assemble(answers, (*responses.shape[:-1], len(bands)), widths)

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from analysis.decay.answer import FACTS, VALUES, Answers
 from analysis.decay.words import REASONS, flag_words
 from analysis.scatter import uncertainties
+from analysis.threads import share_rows
 from rir.errors import SignalError
 
 __all__ = [
@@ -134,7 +135,9 @@ def _to_float64(array: NDArray[Any]) -> FloatArray:
     return np.ascontiguousarray(array, dtype=np.float64)
 
 
-def acoustic_parameters(samples: ArrayLike, sample_rate: float) -> Parameters:
+def acoustic_parameters(
+    samples: ArrayLike, sample_rate: float, *, threads: int = 1
+) -> Parameters:
     """Estimate EDT, T20, T30, C50, C80, DRR, D50 and centre time of responses.
 
     Each response is handled alone: offset removed, direct sound found 20 dB under
@@ -148,6 +151,8 @@ def acoustic_parameters(samples: ArrayLike, sample_rate: float) -> Parameters:
         Responses, time last, in any real number type and at any scale.
     sample_rate : float
         Samples per second [Hz].
+    threads : int
+        How many responses are analysed at once; the answers do not depend on it.
 
     Returns
     -------
@@ -182,7 +187,12 @@ def acoustic_parameters(samples: ArrayLike, sample_rate: float) -> Parameters:
     rate = check_rate(sample_rate)
     responses = as_responses(samples)
     rows = responses.reshape(-1, responses.shape[-1])
-    answers = analyse_responses(rows, rate)
+    answers = Answers.empty(len(rows))
+
+    def work(first: int, last: int) -> None:
+        analyse_responses(rows[first:last], rate, answers.part(first, last))
+
+    share_rows(work, len(rows), threads)
     return assemble(answers, responses.shape[:-1], 0.5 * rate)
 
 

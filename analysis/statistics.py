@@ -102,7 +102,7 @@ def interval_of_pseudo_values(
 def _with_long_tail(
     values: FloatArray, low: float, high: float, level: float
 ) -> tuple[float, float]:
-    """Widen an interval of a mean where values spread as a log-normal does.
+    """Raise the upper end of a mean's interval where values spread log-normally.
 
     Twenty values seldom hold the large ones that a long tail's mean rests on, and
     resampling cannot find what is not there. Cox's interval supplies them by the
@@ -126,10 +126,7 @@ def _with_long_tail(
 
     reach = float(stdtrit(count - 1, (1.0 + level) / 2.0)) * error
     centre = logs.mean() + variance / 2.0
-    return (
-        min(low, float(np.exp(centre - reach))),
-        max(high, float(np.exp(centre + reach))),
-    )
+    return low, max(high, float(np.exp(centre + reach)))
 
 
 def skewness(values: FloatArray) -> float:

@@ -37,6 +37,13 @@ class Answers:
             np.zeros(rows, dtype=np.int64),
         )
 
+    def part(self, first: int, last: int) -> "Answers":
+        """Return a view of rows first to last - 1."""
+        kept = slice(first, last)
+        return Answers(
+            self.values[kept], self.facts[kept], self.reasons[kept], self.flags[kept]
+        )
+
     def row(self, index: int) -> "Answer":
         """Return a view of one row."""
         return Answer(

@@ -13,7 +13,7 @@ from analysis.decay.model import (
 __all__ = ["begin", "judge", "zoom"]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def median_of(values):
     """Return the median of a short array, which is left sorted."""
     for i in range(1, len(values)):
@@ -29,13 +29,13 @@ def median_of(values):
     return 0.5 * (values[half - 1] + values[half])
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def steady_level(means, count):
     """Return the median of the last eighth of the blocks."""
     return median_of(means[count - max(count // 8, 3) : count].copy())
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def find_knee(means, count, noise):
     """Return the first block from which four in a row lie near the noise."""
     in_row = 0
@@ -46,7 +46,7 @@ def find_knee(means, count, noise):
     return count
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def empty_blocks(means, count):
     """Count blocks of (almost) nothing between blocks of something."""
     empty, later = 0, means[count - 1]
@@ -57,7 +57,7 @@ def empty_blocks(means, count):
     return empty
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def zoom(energy, start, stop, count, least, means, wide):
     """Shrink the window to 2.2 times the knee; return (width, knee, noise, empty).
 
@@ -79,7 +79,7 @@ def zoom(energy, start, stop, count, least, means, wide):
     return width, knee, noise, empty_blocks(means, count)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def first_block(means, knee, noise):
     """Return the first block within 25 dB of the noise, at least 6 before the knee."""
     for k in range(1, knee - 1):
@@ -88,7 +88,7 @@ def first_block(means, knee, noise):
     return max(min(knee - 6, knee), 1)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def guess(means, first, knee, noise, theta):
     """Fill `theta` from a line through the logarithm; return False if it rises."""
     n = 0
@@ -110,7 +110,7 @@ def guess(means, first, knee, noise, theta):
     return True
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def is_patterned(ratio, first, count):
     """Return whether residuals stay on one side longer than chance lets them.
 
@@ -139,7 +139,7 @@ def is_patterned(ratio, first, count):
     return excess or products / squares > 1.0 / np.sqrt(6.0 * groups)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def residuals(theta, means, used, first, count, freedom, ratio):
     """Fill `ratio` with mu/m - 1; return its robust spread and if it has a pattern."""
     slopes = np.zeros(PARAMETERS)
@@ -154,7 +154,7 @@ def residuals(theta, means, used, first, count, freedom, ratio):
     return spread, is_patterned(ratio, first, count)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def mark_events(ratio, used, first, count, spread):
     """Take out up to three blocks in a row that lie far above the model.
 
@@ -179,7 +179,7 @@ def mark_events(ratio, used, first, count, spread):
     return found
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def mark_isolated(means, used, first, count):
     """Take out early single blocks 10 dB above both sides that leave no decay."""
     found = 0
@@ -193,7 +193,7 @@ def mark_isolated(means, used, first, count):
     return found
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def begin(means, used, count, knee, noise, theta):
     """Return the first block to fit and whether a decay shows; fill a first guess."""
     first = first_block(means, knee, noise)
@@ -203,7 +203,7 @@ def begin(means, used, count, knee, noise, theta):
     return first, True
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def judge(theta, means, used, first, count, freedom, ratio):
     """Return the residuals' spread, if they have a pattern, and new outliers."""
     spread, patterned = residuals(theta, means, used, first, count, freedom, ratio)

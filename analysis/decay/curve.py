@@ -16,7 +16,7 @@ __all__ = [
 ]
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, nogil=True, fastmath=FAST)
 def fill_curve(energy, start, end, noise, tail, points, curve):
     """Fill `curve` with the energy left after each step; return (steps, width, first).
 
@@ -42,7 +42,7 @@ def fill_curve(energy, start, end, noise, tail, points, curve):
     return steps, width, moment - noise * 0.5 * length * (length - 1.0)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def close_curve(energy, onset, start, stop, theta, block, points, curve):
     """Find the crossing, fill the curve to it and close it by the tail.
 
@@ -55,7 +55,7 @@ def close_curve(energy, onset, start, stop, theta, block, points, curve):
     return end, noise, tail, steps, width, first
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def energy_after(energy, start, sample, noise, curve, width):
     """Return the compensated energy from a sample inside the curve on."""
     step = (sample - start) // width
@@ -66,7 +66,7 @@ def energy_after(energy, start, sample, noise, curve, width):
     return curve[step] - gone
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def step_at(curve, steps, left):
     """Return the first step with no more than some energy left."""
     for step in range(steps + 1):
@@ -75,7 +75,7 @@ def step_at(curve, steps, left):
     return steps
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def fill_levels(curve, steps, lowest, levels):
     """Fill `levels` with 10 lg E down to a level [dB]; return how many."""
     bottom = curve[0] * 10.0 ** (-0.1 * lowest)
@@ -87,7 +87,7 @@ def fill_levels(curve, steps, lowest, levels):
     return steps + 1
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def fit_line(levels, begin, count, width, upper, lower, line):
     """Fit a line to the levels between two limits [dB]; return the number of points.
 
@@ -129,7 +129,7 @@ def fit_line(levels, begin, count, width, upper, lower, line):
     return n
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def fit_lines(curve, begin, later, steps, width, limits, lines):
     """Fit lines from `begin` (the first) and `later` on; the last column counts."""
     levels = np.empty(steps + 1)
@@ -141,7 +141,7 @@ def fit_lines(curve, begin, later, steps, width, limits, lines):
         )
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, nogil=True, fastmath=FAST)
 def soften(energy, start, stop, wanted):
     """Scale a stretch down to a mean."""
     total = 0.0
@@ -153,7 +153,7 @@ def soften(energy, start, stop, wanted):
             energy[n] *= wanted / mean
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def direct_end(energy, onset, stop, reach):
     """Return one past `reach` samples behind the direct sound's peak."""
     peak = onset
@@ -163,7 +163,7 @@ def direct_end(energy, onset, stop, reach):
     return peak + reach + 1
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, nogil=True, fastmath=FAST)
 def envelope_energy(envelope, scale):
     """Return scaled squared magnitudes of complex rows."""
     energy = np.empty(envelope.shape)

@@ -19,7 +19,7 @@ LEAST_SHARE = 0.3
 """Drift is taken off from this power re the noise on."""
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def may_drift(samples):
     """Return whether the means of the last quarter's parts exceed white noise's."""
     start, parts = (3 * len(samples)) // 4, 16
@@ -37,7 +37,7 @@ def may_drift(samples):
     return means * width > 16.0 * power
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def fill_parts(samples, width, means, variances):
     """Fill means and variances of equal blocks."""
     for part in range(len(means)):

@@ -16,7 +16,7 @@ PARAMETERS = 5
 NOTHING = -np.inf
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, nogil=True, fastmath=FAST)
 def block_means(energy, start, stop, count, means):
     """Fill `means` with the means of `count` equal blocks; return their width."""
     width = max((stop - start) // count, 1)
@@ -29,7 +29,7 @@ def block_means(energy, start, stop, count, means):
     return width
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def solve(matrix, vector, size):
     """Solve a small symmetric system in place by elimination with pivots."""
     for column in range(size):
@@ -58,7 +58,7 @@ def solve(matrix, vector, size):
     return True
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def level_at(theta, time):
     """Return the mean square of the decays, without noise, at a time."""
     level = np.exp(theta[1] - np.exp(theta[2]) * time)
@@ -67,7 +67,7 @@ def level_at(theta, time):
     return level
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def tail_after(theta, time):
     """Return the energy of the decays after a time."""
     rate = np.exp(theta[2])
@@ -78,7 +78,7 @@ def tail_after(theta, time):
     return energy
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def crossing(theta, end):
     """Return when the decays meet the noise, at most `end`; 0 if never above it."""
     noise = np.exp(theta[0])
@@ -96,7 +96,7 @@ def crossing(theta, end):
     return low
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def slopes_of_model(theta, time, slopes):
     """Fill the derivatives by each parameter; return the model's value."""
     value = 0.0
@@ -112,7 +112,7 @@ def slopes_of_model(theta, time, slopes):
     return value
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def score(theta, means, used, first, count, free, matrix, vector):
     """Fill the scoring equations of the free parameters; return the deviance.
 
@@ -153,7 +153,7 @@ def score(theta, means, used, first, count, free, matrix, vector):
     return 2.0 * total
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def improve(theta, means, used, first, count, free):
     """Iterate Fisher scoring in place with step halving; return the deviance."""
     matrix = np.zeros((PARAMETERS, PARAMETERS))

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.decay import blocks
-from analysis.decay.model import NOTHING, PARAMETERS, improve, level_at
+from analysis.decay.model import NOTHING, PARAMETERS, crossing, improve, level_at
 
 __all__ = ["NoiseFit", "fit_decay"]
 
@@ -17,6 +17,8 @@ BLOCKS = 96
 """Blocks of the window that holds the decay and as much noise again."""
 MOST_EVENTS = 6
 """More outlying blocks than this are a pattern (flutter), not events."""
+FEW_PULSES = 3
+"""So many falling outliers within the decay are its own."""
 CLEAR_GAIN = 10.0
 """Gain in deviance, in units of its scatter, that a second slope must bring."""
 MOST_BEYOND = 3.0
@@ -108,7 +110,15 @@ class NoiseFit:
         )
         if self.decays:
             self._fit()
-        return self.count <= 16 or self.events <= MOST_EVENTS
+        return self.count <= 16 or not (self.events > MOST_EVENTS or self._flutters())
+
+    def _flutters(self) -> bool:
+        """Return whether the outliers in the decay are a train of falling pulses."""
+        end = int(crossing(self.theta, float(self.count))) if self.decays else 0
+        out = np.flatnonzero(~self.used[:end])
+        runs = np.split(out, np.flatnonzero(np.diff(out) > 1) + 1)
+        peaks = np.array([self.means[run].max() for run in runs if len(run)])
+        return len(peaks) >= FEW_PULSES and bool(np.all(np.diff(peaks) < 0.0))
 
     def _trim_end(self) -> None:
         means = self.means

@@ -29,13 +29,11 @@ def sample_at(time: float, rate: float) -> int:
     return int(time * rate + 0.5)
 
 
-def analyse_responses(rows: FloatArray, rate: float) -> Answers:
-    """Return the answers on every response of (rows, n)."""
-    answers = Answers.empty(len(rows))
+def analyse_responses(rows: FloatArray, rate: float, answers: Answers) -> None:
+    """Fill the answers on every response of (rows, n)."""
     energy = np.empty(rows.shape[-1])
     for index, samples in enumerate(rows):
         analyse_response(samples, rate, energy, answers.row(index))
-    return answers
 
 
 def analyse_response(

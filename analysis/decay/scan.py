@@ -9,7 +9,7 @@ from analysis.decay.model import FAST
 __all__ = ["inspect", "largest", "locate", "onset_level", "skip_click", "square"]
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, nogil=True, fastmath=FAST)
 def is_finite(samples):
     """Return whether every sample is finite."""
     bad = 0.0
@@ -18,7 +18,7 @@ def is_finite(samples):
     return bad == 0.0
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True, nogil=True, fastmath=True)
 def extremes(samples):
     """Return the smallest and the largest of finite samples."""
     low, high = samples[0], samples[0]
@@ -28,7 +28,7 @@ def extremes(samples):
     return low, high
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True, nogil=True, fastmath=True)
 def count_equal(samples, value):
     """Return how many samples have exactly a value."""
     count = 0.0
@@ -37,7 +37,7 @@ def count_equal(samples, value):
     return count
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def is_clipped(samples, low, high):
     """Return whether a value near full level comes back four times or more."""
     peak = max(high, -low)
@@ -49,7 +49,7 @@ def is_clipped(samples, low, high):
     return repeated >= 4.0
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, nogil=True, fastmath=FAST)
 def sum_of(samples, start, stop):
     """Return the sum of a stretch."""
     total = 0.0
@@ -58,7 +58,7 @@ def sum_of(samples, start, stop):
     return total
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def steady_offset(samples):
     """Return the offset of the last quarter if it is there in all of its parts."""
     start, parts = (3 * len(samples)) // 4, 16
@@ -79,7 +79,7 @@ def steady_offset(samples):
     return 0.5 * (early + late)
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, nogil=True, fastmath=FAST)
 def square(samples, offset, peak, energy):
     """Fill `energy` with the squares of the samples over the peak."""
     for n in range(len(samples)):
@@ -87,7 +87,7 @@ def square(samples, offset, peak, energy):
         energy[n] = value * value
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def find_first(energy, start, level):
     """Return the first sample at or above a level from `start` on, or -1."""
     for n in range(start, len(energy)):
@@ -96,7 +96,7 @@ def find_first(energy, start, level):
     return -1
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def find_stop(energy, level):
     """Return one past the last sample above a level."""
     for n in range(len(energy) - 1, -1, -1):
@@ -105,7 +105,7 @@ def find_stop(energy, level):
     return 0
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def onset_level(energy, stop):
     """Return -20 dB, or more where the noise at the end would reach that."""
     start, parts = (3 * stop) // 4, 16
@@ -117,7 +117,7 @@ def onset_level(energy, stop):
     return min(max(0.01, 30.0 * median_of(means)), 0.25)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def count_pulses(energy, start, stop, most):
     """Count samples of more than -120 dB, up to `most`."""
     pulses = 0
@@ -129,7 +129,7 @@ def count_pulses(energy, start, stop, most):
     return pulses
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True, nogil=True, fastmath=True)
 def largest(energy, start, stop):
     """Return the largest value of a stretch."""
     value = 0.0
@@ -138,7 +138,7 @@ def largest(energy, start, stop):
     return value
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def skip_click(energy, onset, stop, rate, noise, level):
     """Return the onset behind an isolated click, or the same onset."""
     first = onset + int(0.002 * rate) + 1
@@ -157,7 +157,7 @@ def skip_click(energy, onset, stop, rate, noise, level):
     return onset
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def inspect(samples):
     """Return whether samples are finite, their extremes, clipping, and offset."""
     if not is_finite(samples):
@@ -168,7 +168,7 @@ def inspect(samples):
     return True, low, high, is_clipped(samples, low, high), steady_offset(samples)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def locate(energy):
     """Return the direct sound, the end above -120 dB, and up to 16 pulses."""
     stop = find_stop(energy, 1e-12)

@@ -16,7 +16,7 @@ LARGEST = 4.0
 """A block this many times over the median is an event and counts as so many."""
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def fill_swings(means, used_from, count, theta, scale, freedom, variances):
     """Fill the excess variances of the noise's mean over 1, 2, 4, ... blocks.
 
