@@ -223,12 +223,12 @@ def _capture(
 
     from capture.display import make_display
     from capture.running import run_session
-    from capture.starting import choose_folder, is_complete, plan_session
+    from capture.starting import choose_folder, is_complete, is_sound, plan_session
 
     folder = choose_folder(
         out, request.room, today=date.today(), resume=resume, ask=_asker(console)
     )
-    if folder.exists and is_complete(folder):
+    if folder.exists and is_complete(folder) and is_sound(folder):
         _say_complete(folder, console)
         return
     config = None if folder.exists else plan_session(request)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from capture.build import lost_takes
 from capture.config import SessionConfig
 from capture.folder import SessionFolder
 from capture.journal import read_journal
@@ -22,6 +23,7 @@ __all__ = [
     "channel_settings",
     "choose_folder",
     "is_complete",
+    "is_sound",
     "plan_session",
 ]
 
@@ -185,6 +187,19 @@ def is_complete(folder: SessionFolder) -> bool:
     plan = build_plan(folder.load_config())
     state = SessionState.of(read_journal(folder.journal_path).events)
     return len(state.done(plan)) == len(plan.measures)
+
+
+def is_sound(folder: SessionFolder) -> bool:
+    """Tell whether a complete session needs no mending.
+
+    Raw files are read only where the data set is still to be derived from them.
+    """
+    text = read_journal(folder.journal_path)
+    if text.complaints():
+        return False
+    if folder.dataset_path.exists():
+        return True
+    return not lost_takes(folder, SessionState.of(text.events))
 
 
 def choose_folder(

@@ -110,9 +110,11 @@ def write_audio(
             stream.flush()
             os.fsync(stream.fileno())
         partial.replace(target)
-    except (soundfile.SoundFileError, OSError, ValueError) as error:
+    except (soundfile.SoundFileError, OSError, ValueError, AssertionError) as error:
         partial.unlink(missing_ok=True)
-        raise SignalError(f"cannot write {target}: {error}") from error
+        # soundfile asserts that all was written, and says nothing if not.
+        why = str(error) or "only part of it could be written; is the disk full?"
+        raise SignalError(f"cannot write {target}: {why}") from error
     return target
 
 

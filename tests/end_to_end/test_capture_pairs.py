@@ -196,3 +196,32 @@ def test_help_costs_little() -> None:
     bare = min(cpu("-c", "pass") for _ in range(3))
     helped = min(cpu("-c", code) for _ in range(3))
     assert helped - bare <= 0.3
+
+
+def test_a_damaged_raw_file_of_a_finished_session_is_measured_again(
+    tiny: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([*tiny, "--out", "k"]) == 0
+    first = sorted(Path("k/raw").iterdir())[0]
+    first.write_bytes(b"not what was recorded")
+    Path("k/dataset.h5").unlink()
+    assert main([*tiny, "--out", "k"]) == 0
+    told = capsys.readouterr().out
+    assert f"{first.stem} is measured again" in told
+    assert len(Dataset.open("k")) == 4
+    assert len(list(Path("k/set_aside").iterdir())) == 1
+
+
+def test_a_write_cut_short_is_told_in_one_line(
+    tiny: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    import soundfile
+
+    def cut_short(*_: object, **__: object) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr(soundfile, "write", cut_short)
+    assert main([*tiny, "--out", "k"]) == 1
+    error = capsys.readouterr().err
+    assert "is the disk full?; free some space and run again" in error
+    assert list(Path("k/raw").iterdir()) == []
