@@ -308,8 +308,16 @@ def _list_devices(console: "Console") -> None:
 
     from capture.interfaces.portaudio import find_devices
 
+    rows = find_devices()
+    if not rows:
+        console.print(
+            "PortAudio sees no audio device: plug one in, or start the JACK server, "
+            "and list again",
+            soft_wrap=True,
+        )
+        return
     table = Table("device", "host API", "in", "out", "rate [Hz]", box=None)
-    for row in find_devices():
+    for row in rows:
         table.add_row(
             row.name,
             row.host_api,
