@@ -56,7 +56,7 @@ class Bench:
             length=RATE // 2,
             pre=2400,
         )
-        return {*result.flags, *result.marks} - {"hum", "low_inr"}
+        return {*result.flags, *result.marks} - {"low_inr"}
 
 
 def lose(signal: Array, count: float) -> Array:
@@ -93,6 +93,23 @@ def clip(signal: Array, decibels: float) -> Array:
     return np.clip(signal, -top, top)
 
 
+def smoothly(signal: Array, decibels: float) -> Array:
+    """Return a wave clipped before the converter's filter: no flat top is left."""
+    size = 1 << int(np.ceil(np.log2(signal.size)))
+    spectrum = np.fft.rfft(signal, size)
+    wide = np.zeros(2 * size + 1, dtype=complex)
+    wide[: spectrum.size] = 4 * spectrum
+    cut = clip(np.fft.irfft(wide, 4 * size), decibels)
+    back = np.fft.rfft(cut)[: spectrum.size] / 4
+    return np.fft.irfft(back, size)[: signal.size]
+
+
+def hum(b: Bench, decibels: float) -> tuple[Array, Array]:
+    take = b.microphone()
+    wave = np.sin(2 * np.pi * 50 * np.arange(take.size) / RATE)
+    return take + 2**0.5 * np.std(take) * 10 ** (decibels / 20) * wave, b.cable()
+
+
 def knock(b: Bench, decibels: float) -> tuple[Array, Array]:
     take = b.microphone()
     at, count = take.size // 2, RATE // 50
@@ -118,13 +135,15 @@ FAULTS: dict[str, tuple[str, list[float], Callable[[Bench, float], tuple], set[s
     "latency change": ("samples", [64, 8, 1.5], lambda b, s: (delayed(b.microphone(), s), delayed(b.cable(), s)), {"latency_change"}),
     "clock drift": ("ppm", [100, 10, 1, 0.3], drift, {"clock_drift"}),
     "clipping, loopback": ("dB", [1, 0.3, 0.1, 0.01], lambda b, s: (b.microphone(), clip(b.cable(), s)), {"clipped"}),
-    "clipping, microphone": ("dB", [1, 0.3, 0.1], lambda b, s: (clip(b.microphone(), s), b.cable()), {"clipped"}),
-    "knock of 20 ms": ("dB re take", [0, -10, -20], knock, {"event"}),
+    "clipping, microphone": ("dB", [1, 0.3, 0.1, 0.03], lambda b, s: (clip(b.microphone(), s), b.cable()), {"clipped"}),
+    "clipping before a filter": ("dB", [3, 1, 0.3, 0.1], lambda b, s: (smoothly(b.microphone(), s), b.cable()), {"clipped"}),
+    "knock of 20 ms": ("dB re take", [0, -10, -20, -25], knock, {"event"}),
+    "hum": ("dB re take", [-20, -30, -40, -45], hum, {"hum"}),
     "third harmonic": ("%", [10, 5, 3.5], bend, {"distortion"}),
-    "constant": ("FS", [0.1, 0.01, 0.003], lambda b, s: (b.microphone() + s, b.cable()), {"dc_offset"}),
+    "constant": ("FS", [0.1, 0.01, 0.003, 0.0015], lambda b, s: (b.microphone() + s, b.cable()), {"dc_offset"}),
     "silent channel": ("", [1], lambda b, _: (0 * b.microphone(), b.cable()), {"silent_channel"}),
-    "swapped channels": ("", [1], lambda b, _: (b.cable(), b.microphone()), {"swapped_channels", "bad_loopback"}),
-    "crosstalk": ("dB re direct", [-6, -10, -18], lambda b, s: (b.microphone() + 0.3 * 10 ** (s / 20) * delayed(b.played, 64.3), b.cable()), {"crosstalk"}),
+    "swapped channels": ("", [1], lambda b, _: (b.cable(), b.microphone()), {"swapped_channels"}),
+    "crosstalk": ("dB re direct", [-18, -40, -50, -60], lambda b, s: (b.microphone() + 0.3 * 10 ** (s / 20) * delayed(b.played, 64.3), b.cable()), {"crosstalk"}),
 }  # fmt: skip
 
 

@@ -61,3 +61,13 @@ def test_exit_codes(files: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(arguments(files, "h.txt")) == 1
     assert capsys.readouterr().err.count("\n") == 1
     assert main(["--what"]) == 2
+
+
+def test_strict_tells_a_spoiled_take_by_its_exit_code(files: Path) -> None:
+    assert main([*arguments(files, "good.npz"), "--strict"]) == 0
+    take, rate = read_audio(files / "y.wav")
+    take[0] = np.clip(take[0], -0.1, 0.1)
+    write_audio(files / "y.wav", take, rate)
+    assert main(arguments(files, "bad.npz")) == 0
+    assert main([*arguments(files, "bad.npz"), "--strict"]) == 3
+    assert (files / "bad.npz").exists()
