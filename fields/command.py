@@ -230,6 +230,7 @@ def _table(
     train, test = (data.rows(np.array(rows)) for rows in (split.train, split.test))
     table = ResultTable(f"{request.model} on unseen emitters", mark)
     table.add(request.model, score(field, test), seconds=seconds)
+    plan = replace(plan, self_supervised="none")
     for name in BASELINES:
         if name == request.model:
             continue

@@ -93,10 +93,14 @@ def prepare(
     DatasetError
         If the data set is empty.
     SignalError
-        If a response holds NaN or infinity, or a pose does.
+        If a response holds NaN or infinity, or a pose does, or the rate or the
+        duration is negative.
     """
     if len(dataset) == 0:
         raise DatasetError("the data set holds no responses: nothing to learn from")
+    for what, asked in (("sample rate", sample_rate), ("duration", duration)):
+        if asked is not None and not asked >= 0:
+            raise SignalError(f"{what} {asked:g} is negative; leave it out to keep all")
     rate = float(sample_rate or dataset.sample_rate)
     factor = Fraction(rate / dataset.sample_rate).limit_denominator(4096)
     n_samples = _kept_samples(dataset, rate, factor, duration)

@@ -8,7 +8,7 @@ import numpy as np
 from fields.frame import SceneFrame
 from fields.table import FIELDS
 from rir import GainPattern, Pose, Poses
-from rir.errors import TrainingError
+from rir.errors import MissingPartError, TrainingError
 
 
 @runtime_checkable
@@ -62,12 +62,21 @@ def load_field(path: str | Path) -> Field:
     Raises
     ------
     TrainingError
-        If there is no field at ``path``.
+        If there is no field at ``path``, or the file holds something else.
     MissingPartError
         If the field is neural and torch is not installed.
     """
     file = _field_file(Path(path))
-    return FIELDS[_model_name(file)].load_module().load(file)
+    try:
+        name = _model_name(file)
+    except (MissingPartError, MemoryError):
+        raise
+    # Unpicklers answer a wrong file with errors of every kind.
+    except Exception as error:
+        raise TrainingError(
+            f"{file} is no stored field ({type(error).__name__}: {error})"
+        ) from error
+    return FIELDS[name].load_module().load(file)
 
 
 def _field_file(path: Path) -> Path:

@@ -9,6 +9,7 @@ from rir.errors import ConfigError
 
 __all__ = ["Progress", "TrainingPlan"]
 
+POSITIVE = ("steps", "epochs", "budget_s", "batch_size", "learning_rate")
 CHOICES = {
     "exchange": ("none", "flip", "double"),
     "exchange_mode": ("pose", "position"),
@@ -82,3 +83,10 @@ class TrainingPlan:
             value = getattr(self, name)
             if value not in known:
                 raise ConfigError(f"no {name} {value!r}; known: {', '.join(known)}")
+        if self.seed < 0:
+            raise ConfigError(f"seed is {self.seed}; it must not be negative")
+        for name in POSITIVE:
+            value = getattr(self, name)
+            # A comparison with NaN is false, so that NaN is refused as well.
+            if value is not None and not value > 0:
+                raise ConfigError(f"{name} is {value:g}; it must be positive")

@@ -14,13 +14,30 @@ from fields.field import Field
 from fields.plan import Progress, TrainingPlan
 from fields.table import FIELDS
 from rir import Dataset
-from rir.errors import ConfigError
+from rir.errors import ConfigError, DatasetError, TrainingError
 
 __all__ = ["exchange_form", "model_config", "train", "train_on"]
 
 STEPS = 2000
 SELF_SUPERVISED = ("none", "pattern", "teacher", "paper", "contrastive")
 UNLIMITED_STEPS = 10_000_000
+COUNTS = frozenset(
+    [
+        "bounce_points",
+        "channels",
+        "depth",
+        "directions",
+        "feature_width",
+        "grid_features",
+        "neighbours",
+        "rays",
+        "shells",
+        "source_taps",
+        "view_columns",
+        "view_rows",
+        "width",
+    ]
+)
 
 
 def train(
@@ -107,14 +124,6 @@ def train(
     >>> field.predict(emitters[0], listeners).shape
     (3, 8)
     """
-    data = prepare(
-        dataset,
-        sample_rate=sample_rate,
-        duration=duration,
-        train_rows=rows,
-        seed=seed,
-        store=out,
-    )
     limited = STEPS if budget_s is None else UNLIMITED_STEPS
     plan = TrainingPlan(
         steps=limited if steps is None else steps,
@@ -127,8 +136,27 @@ def train(
         resume=resume,
         on_progress=on_progress,
     )
+    if rows is not None:
+        rows = _checked_rows(rows, len(dataset))
+    data = prepare(
+        dataset,
+        sample_rate=sample_rate,
+        duration=duration,
+        train_rows=rows,
+        seed=seed,
+        store=out,
+    )
     chosen = data if rows is None else data.rows(rows)
     return train_on(chosen, model, config, plan, preset)
+
+
+def _checked_rows(rows: np.ndarray, count: int) -> np.ndarray:
+    index = np.asarray(rows)
+    if not len(index) or index.min() < 0 or index.max() >= count:
+        raise DatasetError(
+            f"rows name {len(index)} responses, and must name some of 0 to {count - 1}"
+        )
+    return index
 
 
 def train_on(
@@ -139,6 +167,11 @@ def train_on(
     preset: str = "cpu",
 ) -> Field:
     """Train a model on prepared rows."""
+    if plan.self_supervised != "none" and not FIELDS[model].neural:
+        raise TrainingError(
+            f"{model} makes no predictions to learn from; choose avr or diffrir for "
+            "self-supervision"
+        )
     chosen = model_config(model, config or {}, preset)
     return FIELDS[model].load_module().fit(data, chosen, plan)
 
@@ -169,7 +202,28 @@ def model_config(model: str, values: Mapping[str, Any], preset: str = "cpu") -> 
         name: tuple(value) if isinstance(value, list) else value
         for name, value in values.items()
     }
+    mistakes = [
+        f"{name}: {problem}"
+        for name, value in plain.items()
+        if (problem := _unfit(name, value, getattr(start, name)))
+    ]
+    if mistakes:
+        raise ConfigError("\n".join(mistakes))
     return replace(start, **plain)
+
+
+def _unfit(name: str, value: Any, default: Any) -> str:
+    """Say why a value cannot stand where ``default`` stands."""
+    kinds = (int, float) if isinstance(default, float) else (type(default),)
+    # True is an int to Python, but no number to a person.
+    switched = isinstance(value, bool) and not isinstance(default, bool)
+    if switched or not isinstance(value, kinds):
+        return f"{value!r} is not {type(default).__name__}, as {default!r} is"
+    if isinstance(value, int | float):
+        least = 1 if name in COUNTS else 0
+        if not value >= least:
+            return f"{value!r} is below {least}"
+    return ""
 
 
 def _hint(name: str, known: set[str]) -> str:
