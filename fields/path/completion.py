@@ -148,7 +148,8 @@ class Completion:
         known = np.isfinite(told) & (weights < 1)
         mixed = np.full(told.shape, -np.inf)
         logs = np.log(least)
-        np.add(weights * logs, (1 - weights) * told, out=mixed, where=known)
+        heard_of = np.where(known, told, 0.0)
+        np.add(weights * logs, (1 - weights) * heard_of, out=mixed, where=known)
         return np.where(weights == 1, logs, mixed)
 
     def _tail(

@@ -58,6 +58,19 @@ def test_paths_that_explain_come_back_untouched():
     assert change < 1e-5
 
 
+def test_paths_that_explain_a_part_are_completed_in_both_directions():
+    rows = fit_set(120)
+    early = rows.responses.copy()
+    early[:, 400:] *= np.random.default_rng(3).choice([-1.0, 1.0], (120, 1200))
+    completion = Completion.fit(rows, early, None)
+    there = completion.apply(early, rows.emitters, rows.listeners)
+    back = completion.apply(early, rows.listeners, rows.emitters)
+    assert np.isfinite(there).all()
+    assert_array_equal(there, back)
+    gap = there[:, :300] - rows.responses[:, :300]
+    assert (gap**2).sum() < 0.02 * (rows.responses[:, :300] ** 2).sum()
+
+
 def test_a_wrong_level_of_good_paths_is_mended():
     rows = fit_set()
     completion = Completion.fit(rows, 0.7 * rows.responses, None)
