@@ -79,13 +79,13 @@ class PathField:
     def save(self, path: str | Path) -> Path:
         """Write the field to ``path`` with the ending .npz."""
         target = Path(path).with_suffix(".npz")
-        np.savez(
-            target,
-            model=np.array(self.name),
-            config=np.array(json.dumps(asdict(self.config))),
-            frame=np.array(json.dumps(self.frame.as_dict())),
+        arrays: dict[str, Any] = {
+            "model": np.array(self.name),
+            "config": np.array(json.dumps(asdict(self.config))),
+            "frame": np.array(json.dumps(self.frame.as_dict())),
             **self.acoustics.as_arrays(),
-        )
+        }
+        np.savez(target, **arrays)
         return target
 
 

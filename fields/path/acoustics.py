@@ -152,7 +152,7 @@ def _room_arrays(fitted: FittedRoom) -> dict[str, Any]:
 
 
 def _room_from(arrays: dict[str, np.ndarray]) -> FittedRoom:
-    scalars = {name: float(arrays[name]) for name in _SCALARS}
+    scalars: dict[str, Any] = {name: float(arrays[name]) for name in _SCALARS}
     room = BoxRoom(
         box=Box(**_part(arrays, "box")),
         walls=arrays["walls"],

@@ -18,7 +18,7 @@ FINE_STEP_M, FINE_STEPS = 0.004, 5
 SURE_Z = 4.0
 SURE_ALONG = 5.0
 FAINT = 0.35
-UPRIGHT, FRAMES = 1.5, 6
+UPRIGHT, FRAMES = 2.0, 8
 FLAT_M = 0.1
 SAME_WALL_M = 0.15
 
@@ -82,7 +82,41 @@ def assemble_boxes(signals: list[ScanSignals], found: list[FoundPlane]) -> list[
     several frames are tried; the fit decides between them.
     """
     sure = [plane for plane in found if plane.z > SURE_Z]
-    return [_walled(signals, axes) for axes in _likely_axes(sure)]
+    boxes = []
+    for axes in _likely_axes(sure):
+        boxes.append(_walled(signals, axes))
+        if len(boxes) == 1 and boxes[0].heard.all() and signals[0].n_groups > 1:
+            break
+    if signals[0].n_groups == 1 and boxes:
+        boxes += _nearer(boxes[0], signals[0])
+    return boxes
+
+
+def _nearer(box: Box, signals: ScanSignals) -> list[Box]:
+    """Return boxes with one wall moved in front of what may be its echo.
+
+    A directional emitter may light the wall behind it by way of the opposite
+    one only; the plane heard then stands one room's width behind the emitter.
+    """
+    emitter = box.inside(signals.emitters[0])
+    ends = box.inside(np.concatenate([signals.emitters, signals.listeners]))
+    least, most = ends.min(axis=0), ends.max(axis=0)
+    heard = box.heard.reshape(3, 2).all(axis=1)
+    made = []
+    for axis in np.flatnonzero(heard).tolist():
+        low = box.high[axis] - (emitter[axis] - box.low[axis])
+        high = box.low[axis] + (box.high[axis] - emitter[axis])
+        if low < least[axis]:
+            made.append(replace(box, low=_with(box.low, axis, low)))
+        if high > most[axis]:
+            made.append(replace(box, high=_with(box.high, axis, high)))
+    return made
+
+
+def _with(values: FloatArray, place: int, value: float) -> FloatArray:
+    changed = values.copy()
+    changed[place] = value
+    return changed
 
 
 def assemble_box(signals: list[ScanSignals], found: list[FoundPlane]) -> Box | None:
@@ -122,8 +156,10 @@ def _likely_axes(planes: list[FoundPlane]) -> list[FloatArray]:
             upright = float(np.abs(frame[:, 2]).max()) > np.cos(SQUARE)
             score = _fit_of(frame, planes) * (UPRIGHT if upright else 1.0)
             scored.append((score, frame))
-    if not scored and planes:
-        scored = [(1.0, _squared(_upright(planes[0].normal)))]
+    for one in planes:
+        frame = _squared(_upright(one.normal))
+        upright = float(np.abs(frame[:, 2]).max()) > np.cos(SQUARE)
+        scored.append((_fit_of(frame, planes) * (UPRIGHT if upright else 0.5), frame))
     kept: list[FloatArray] = []
     for _, frame in sorted(scored, key=lambda one: -one[0]):
         axes = _ordered(_settled(frame, planes))
@@ -193,8 +229,10 @@ def _along(
 ) -> list[FoundPlane]:
     """Return walls along one normal, the nearest first."""
     first = float((ends @ normal).min()) + 0.02
-    offsets = first - ALONG_STEP_M * np.arange(round(ALONG_REACH_M / ALONG_STEP_M))
-    planes = np.column_stack([np.tile(normal, (len(offsets), 1)), offsets])
+    steps = np.arange(round(ALONG_REACH_M / ALONG_STEP_M), dtype=np.float64)
+    offsets = first - ALONG_STEP_M * steps
+    planes: FloatArray = np.empty((len(offsets), 4))
+    planes[:, :3], planes[:, 3] = normal, offsets
     sums, counts = signals[1].sums(planes, np.zeros(1))
     # a wall between poses has ends behind it; those rows say nothing
     level = sums[..., 0].sum(axis=1) / np.maximum(counts.sum(axis=1), 1.0)

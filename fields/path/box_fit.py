@@ -21,6 +21,7 @@ GEOMETRY = 11
 WALL = GEOMETRY + 6
 MOST_FACTOR = 1.0
 SLOW_HZ = 60.0
+TRIES = 4
 SIGMAS = np.array([0.02] * 3 + [0.1] * 6 + [2.0, 2e-3] + [0.5] * 6)
 """Weak priors: radians, metres, metres per second, seconds, reflection factor."""
 BOUND = np.array([0.02] * 3 + [0.03] * 6 + [1.5, 5e-4] + [0.3] * 6)
@@ -51,28 +52,25 @@ class Fitted:
 def fit_room(rows: FitSet, room: BoxRoom, step: Step, filtered: FloatArray) -> Fitted:
     """Run one stage; `filtered` are the rows as far as the stage hears them."""
     active = _active(room, step)
-    damping, best = 1e-3, np.inf
     power = (filtered**2).sum(axis=1)
     loud = power > 1e-9 * max(float(power.max(initial=0.0)), 1e-300)
     weights = np.where(loud, 1 / (power + np.median(power) * 0.1 + 1e-300), 0.0)
-    sums = _sums(rows, room, active, filtered, weights)
-    best = float(weights @ sums[2])
+    square, right, errors = _sums(rows, room, active, filtered, weights)
+    best, damping = float(weights @ errors), 1e-3
     for _ in range(step.turns):
-        trusted = weights * _trust(sums[2], power)
+        trusted = weights * _trust(errors, power)
         square, right, _ = _sums(rows, room, active, filtered, trusted)
-        for _ in range(4):
-            moved = _moved(room, active, _solved(square, right, active, damping))
-            errors = _errors(rows, moved, filtered)
-            now = float(weights @ np.minimum(errors, 4 * power))
+        before = best
+        for _ in range(TRIES):
+            moved = _moved(room, _solved(square, right, active, damping))
+            found = _errors(rows, moved, filtered)
+            now = float(weights @ np.minimum(found, 4 * power))
             if now < best:
+                room, best, errors = moved, now, found
+                damping = max(damping / 10, 1e-7)
                 break
             damping *= 10
-        if not now < best:
-            break
-        gain = best - now
-        room, best, damping = moved, now, max(damping / 10, 1e-7)
-        sums = square, right, errors
-        if gain < 1e-4 * now:
+        if before - best < 1e-4 * best:
             break
     noise = best / max(float(np.count_nonzero(weights)) * filtered.shape[1], 1.0)
     inner = square[np.ix_(active, active)] + _prior(active, noise)
@@ -99,7 +97,13 @@ def _active(room: BoxRoom, step: Step) -> NDArray[np.bool_]:
     return active
 
 
-def _sums(rows, room, active, targets, weights):
+def _sums(
+    rows: FitSet,
+    room: BoxRoom,
+    active: NDArray[np.bool_],
+    targets: FloatArray,
+    weights: FloatArray,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     from fields.path.lattice_kernel import accumulate_rows
 
     count = len(active)
@@ -170,8 +174,7 @@ def _solved(
     return step
 
 
-def _moved(room: BoxRoom, active: NDArray[np.bool_], step: FloatArray) -> BoxRoom:
-    del active
+def _moved(room: BoxRoom, step: FloatArray) -> BoxRoom:
     box = room.box.turned(step[:3])
     box = replace(box, low=box.low + step[3:6], high=box.high + step[6:9])
     walls = np.clip(room.walls + step[GEOMETRY:WALL], -MOST_FACTOR, MOST_FACTOR)
@@ -239,8 +242,8 @@ def fit_bank(
     right = cross[:, :taps].reshape(-1)
     trace = np.trace(flat) / len(flat)
     flat[np.diag_indices_from(flat)] += ridge * trace
-    solved = np.linalg.solve(flat, right).reshape(moments, taps)
-    return PulseBank(np.ascontiguousarray(solved), lead)
+    solved = np.linalg.solve(flat, right).astype(np.float64)
+    return PulseBank(np.ascontiguousarray(solved.reshape(moments, taps)), lead)
 
 
 def _fade(n: int) -> FloatArray:

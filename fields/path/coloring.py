@@ -60,7 +60,7 @@ def _solved(columns: FloatArray, gap: FloatArray) -> FloatArray:
     square = flat @ flat.T
     # no smoothing may be large: together they can only take away
     square[np.diag_indices_from(square)] += RIDGE * np.trace(square)
-    return np.linalg.solve(square, flat @ gap.ravel())
+    return np.linalg.solve(square, flat @ gap.ravel()).astype(np.float64)
 
 
 def _smoothed(responses: FloatArray, sample_rate: float) -> FloatArray:
@@ -71,6 +71,6 @@ def _smoothed(responses: FloatArray, sample_rate: float) -> FloatArray:
         turned = responses[:, flip]
         for time in TIMES_S:
             keep = np.exp(-1 / (time * sample_rate))
-            smooth = lfilter([1 - keep], [1, -keep], turned, axis=1)
+            smooth = np.asarray(lfilter([1 - keep], [1, -keep], turned, axis=1))
             columns.append(smooth[:, flip])
     return np.array(columns)

@@ -90,7 +90,9 @@ class BoxRoom:
             turns_of(listeners, self.box.axes),
         )
 
-    def geometry(self, n_samples: int) -> tuple:
+    def geometry(
+        self, n_samples: int
+    ) -> tuple[FloatArray, FloatArray, float, float, float]:
         """Return corners, scale, latency and reach, for a kernel."""
         end = n_samples / self.scale - self.latency_s * self.speed_of_sound
         reach = min(self.reach_m, end + self.bank.lead / self.scale)

@@ -305,8 +305,8 @@ def tangents(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return two unit vectors that make a frame with a normal."""
     axis = np.eye(3)[int(np.argmin(np.abs(normal)))]
     first = np.cross(normal, axis)
-    first /= np.linalg.norm(first)
-    return first, np.cross(normal, first)
+    first = np.asarray(first / np.linalg.norm(first), dtype=np.float64)
+    return first, np.asarray(np.cross(normal, first), dtype=np.float64)
 
 
 def _balanced(values: FloatArray) -> FloatArray:

@@ -23,6 +23,7 @@ STAGES = (
     Step(3000.0, 2, 4),
     Step(6000.0, 4, 4),
 )
+WHOLE = Step(3000.0, 9, 3)
 LOW_ROWS, FULL_ROWS = 48, 20
 PATTERN_ORDER = 4
 ROUNDS = 2
@@ -114,9 +115,9 @@ def likeliest(rows: FitSet, direct: DirectSound, boxes: list[Box]) -> Box:
     errors = []
     for box in boxes:
         room = _start(rows, direct, box)
-        for step in STAGES[:2]:
+        for step in (*STAGES[:2], WHOLE):
             room = _staged(few, room, step)
-        heard = _below(few.responses, 2 * STAGES[1].edge_hz / rows.sample_rate)
+        heard = _below(few.responses, 2 * WHOLE.edge_hz / rows.sample_rate)
         gap = _without_slow(heard - _rendered(few, room), rows.sample_rate)
         errors.append(float((gap**2).sum()))
     return boxes[int(np.argmin(errors))]

@@ -1,3 +1,4 @@
+# pyright: reportOptionalMemberAccess=false
 import numpy as np
 from numpy.testing import assert_allclose
 

@@ -1,0 +1,223 @@
+"""Measure the path field on clean boxes, blind, at emitters it has not heard.
+
+A 6 x 4 x 3 m box with six absorptions and a cardioid emitter, rendered by this
+project and by pyroomacoustics (another pulse, a latency of 40 samples, a 10 Hz
+high-pass, absorption of energy); five emitters, and one. Then the hard cases.
+CPU seconds of one thread, second run of two.
+"""
+
+import argparse
+import json
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fields.path.acoustics import Acoustics, hear_room
+from fields.path.box_fit import level_errors
+from fields.path.fitset import FitSet, place_numbers
+from rir import GainPattern, Poses
+
+SIZE = np.array([6.0, 4.0, 3.0])
+ABSORPTION = np.array([0.2, 0.3, 0.25, 0.35, 0.5, 0.3])
+RATE, DURATION = 16000, 0.1
+
+
+def drawn(emitters: int, listeners: int, seed: int) -> tuple[Poses, Poses, np.ndarray]:
+    """Return ends drawn at random, the emitter's yaw one an emitter."""
+    rng = np.random.default_rng(seed)
+    count = emitters * listeners
+    places = rng.uniform(0.5, SIZE - 0.5, (emitters, 3)).repeat(listeners, axis=0)
+    yaw = rng.uniform(0, 2 * np.pi, emitters).repeat(listeners)
+    turns = np.zeros((count, 4))
+    turns[:, 2], turns[:, 3] = np.sin(yaw / 2), np.cos(yaw / 2)
+    return Poses(places, turns), Poses.of(rng.uniform(0.4, SIZE - 0.4, (count, 3))), yaw
+
+
+def our_responses(first: Poses, second: Poses, yaw: np.ndarray) -> np.ndarray:
+    """Return this project's responses."""
+    del yaw
+    from rooms import Scene, simulate
+
+    scene = Scene.shoebox(
+        SIZE,
+        absorption=np.tile(ABSORPTION[:, None], (1, 7)),
+        emitter_gain=GainPattern.cardioid(),
+    )
+    made = []
+    for mine in _by_place(first):
+        made.append(
+            simulate(
+                scene,
+                first[mine[:1]],
+                second[mine],
+                sample_rate=RATE,
+                duration=DURATION,
+                effects=["patterns", "direct", "specular"],
+            ).responses[0]
+        )
+    return np.concatenate(made)
+
+
+def peer_responses(first: Poses, second: Poses, yaw: np.ndarray) -> np.ndarray:
+    """Return pyroomacoustics' responses."""
+    import pyroomacoustics as pra
+    from pyroomacoustics.directivities import CardioidFamily, DirectionVector
+
+    names = ("west", "east", "south", "north", "floor", "ceiling")
+    made = np.zeros((len(first), round(RATE * DURATION)))
+    for mine in _by_place(first):
+        walls: Any = {
+            name: pra.Material(value)
+            for name, value in zip(names, ABSORPTION, strict=True)
+        }
+        room = pra.ShoeBox(SIZE.tolist(), fs=RATE, materials=walls, max_order=17)
+        ahead = DirectionVector(
+            azimuth=yaw[mine[0]], colatitude=np.pi / 2, degrees=False
+        )
+        pattern = CardioidFamily(orientation=ahead, p=0.5, gain=1.0)
+        room.add_source(first.positions[mine[0]], directivity=pattern)
+        room.add_microphone(second.positions[mine].T)
+        room.compute_rir()
+        for row, found in zip(mine, room.rir or [], strict=True):
+            kept = np.asarray(found[0])[: made.shape[1]]
+            made[row, : len(kept)] = kept
+    return made
+
+
+def _by_place(poses: Poses) -> list[np.ndarray]:
+    places = place_numbers(poses.positions)
+    order = np.unique(places, return_index=True)[1].argsort()
+    return [np.flatnonzero(places == place) for place in order]
+
+
+def rows_of(maker: Any, emitters: int, listeners: int, seed: int) -> FitSet:
+    """Return a set as the path field takes it."""
+    first, second, yaw = drawn(emitters, listeners, seed)
+    order = np.concatenate(_by_place(first))
+    responses = maker(first[order], second[order], yaw[order])
+    first, second = first[order], second[order]
+    blocks = np.zeros(len(first), dtype=np.int64)
+    places = place_numbers(first.positions)
+    return FitSet(responses, first, second, RATE, 343.2, places, blocks)
+
+
+def measured(train: FitSet, test: FitSet) -> dict[str, Any]:
+    """Fit twice, time the second, and score unseen emitters."""
+    hear_room(train)
+    start = time.process_time()
+    heard = hear_room(train)
+    seconds = time.process_time() - start
+    told = heard.predict(test.emitters, test.listeners, test.n_samples)
+    errors = level_errors(test.responses, told)
+    return {
+        "cpu_s": seconds,
+        "nmse_db": float(np.median(errors)),
+        "worst_nmse_db": float(errors.max()),
+        "c50_db": float(np.abs(_clarity(told) - _clarity(test.responses)).mean()),
+        "pattern": _pattern_error(heard),
+        "wall_mm": _wall_error(heard),
+        "alarms": heard.alarms,
+    }
+
+
+def _clarity(responses: np.ndarray) -> np.ndarray:
+    early = round(0.05 * RATE)
+    power = responses**2
+    return 10 * np.log10(power[:, :early].sum(1) / power[:, early:].sum(1))
+
+
+def _pattern_error(heard: Acoustics) -> float:
+    angles = np.linspace(0, np.pi, 37)
+    ring = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
+    found = heard.emitter_gain().gain(ring)[:, 0] / 2
+    return float(np.abs(found - 0.5 - 0.5 * np.cos(angles)).max())
+
+
+def _wall_error(heard: Acoustics) -> float:
+    if heard.fitted is None:
+        return float("nan")
+    planes = heard.fitted.room.box.planes
+    true = np.array([0, -SIZE[0], 0, -SIZE[1], 0, -SIZE[2]])
+    return float(1000 * np.abs(planes[:, 3] - true).max())
+
+
+def hard_cases(train: FitSet, test: FitSet) -> dict[str, dict[str, Any]]:
+    """Return what is answered to spoiled data."""
+    rng = np.random.default_rng(4)
+    told = {}
+    swapped = rng.permutation(len(train))[: max(2, len(train) // 100)]
+    wrong = train.responses.copy()
+    wrong[swapped] = np.roll(wrong[swapped], 1, axis=0)
+    moved = Poses(
+        train.listeners.positions + 0.03 * rng.standard_normal((len(train), 3)),
+        train.listeners.orientations,
+    )
+    near = np.abs(train.listeners.positions[:, 2] - 1.5) < 0.25
+    cases = {
+        "1 % swapped labels": _changed(train, responses=wrong),
+        "3 cm position errors": _changed(train, listeners=moved),
+        "1 emitter, 8 listeners": train.rows(np.flatnonzero(train.places == 0)[:8]),
+        "a thin layer of listeners": train.rows(np.flatnonzero(near)),
+        "noise only": _changed(
+            train, responses=rng.standard_normal(train.responses.shape)
+        ),
+    }
+    for name, rows in cases.items():
+        heard = hear_room(rows)
+        answer = heard.predict(test.emitters, test.listeners, test.n_samples)
+        walls = 0 if heard.fitted is None else int(heard.fitted.room.box.heard.sum())
+        error = float(np.median(level_errors(test.responses, answer)))
+        told[name] = {"walls": walls, "nmse_db": error, "alarms": heard.alarms}
+    return told
+
+
+def _changed(rows: FitSet, **values: Any) -> FitSet:
+    from dataclasses import replace
+
+    return replace(rows, **values)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the benchmark; returns 0."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="fewer listeners")
+    parser.add_argument("--out", type=Path, default=Path("results/path_shoebox.json"))
+    options = parser.parse_args(argv)
+    listeners = 24 if options.quick else 60
+    results: dict[str, Any] = {}
+    makers: dict[str, Any] = {"rooms": our_responses}
+    if not options.quick:
+        makers["pyroomacoustics"] = peer_responses
+    train = test = None
+    for name, maker in makers.items():
+        test = rows_of(maker, 3, 20, 1)
+        for emitters, count in ((5, listeners), (1, 2 * listeners)):
+            rows = rows_of(maker, emitters, count, 0)
+            train = train or rows
+            label = f"{name}, {emitters} emitter{'s' * (emitters > 1)}"
+            results[label] = found = measured(rows, test)
+            print(
+                f"{label:28} {found['cpu_s']:5.2f} CPU-s  NMSE {found['nmse_db']:6.1f} "
+                f"(worst {found['worst_nmse_db']:6.1f}) dB  "
+                f"C50 {found['c50_db']:.4f} dB"
+                f"  pattern {found['pattern']:.4f}  walls {found['wall_mm']:.3f} mm"
+            )
+            for alarm in found["alarms"]:
+                print(f"    {alarm}")
+    if not options.quick and train is not None:
+        ours = rows_of(our_responses, 3, 20, 1)
+        results["hard cases"] = told = hard_cases(train, ours)
+        for name, case in told.items():
+            print(f"{name:28} {case['walls']} walls  NMSE {case['nmse_db']:6.1f} dB")
+            for alarm in case["alarms"]:
+                print(f"    {alarm}")
+    options.out.parent.mkdir(parents=True, exist_ok=True)
+    options.out.write_text(json.dumps(results, indent=1) + "\n")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
