@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from rir.errors import SceneError
 from rooms.effects.effect import Effect, Tolerance, Verdict, judged
 from rooms.effects.handover import MESH_ORDER, handover_time
 from rooms.geometry import Shoebox
@@ -12,6 +13,9 @@ from rooms.sound import Arrivals, Budget, Lattice, Sound
 __all__ = ["SPECULAR"]
 
 _ANY_ORDER = 1 << 30
+
+_MOST_IMAGES = 2e9
+"""About twenty seconds of work for each pair."""
 
 
 def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Verdict:
@@ -41,7 +45,20 @@ def apply(scene: Scene, sound: Sound) -> None:
         sound.listed_order = order
     else:
         until = handover_time(scene, sound)
+    _check_bearable(scene, min(order, _ANY_ORDER), until)
     sound.lattice = Lattice(geometry.size, sound.reflection, order, until)
+
+
+def _check_bearable(scene: Scene, order: int, until: float) -> None:
+    """Raise `SceneError` if a box has more images than anyone waits for."""
+    reach = scene.speed_of_sound * until
+    inside = 4 / 3 * np.pi * reach**3 / scene.geometry.volume
+    listed = (2 * order + 1) * (2 * order**2 + 2 * order + 3) / 3
+    if min(inside, listed) > _MOST_IMAGES:
+        raise SceneError(
+            f"{scene.name} has {min(inside, listed):.1e} images in {until:g} s, more"
+            f" than {_MOST_IMAGES:.0e}; state a highest order or a shorter response"
+        )
 
 
 def _mesh_paths(scene: Scene, sound: Sound) -> Arrivals:

@@ -111,3 +111,12 @@ def test_any_seed_will_do():
     ).responses
     np.testing.assert_array_equal(one, two)
     assert not np.array_equal(one, drawn)
+
+
+def test_more_images_than_anyone_waits_for_are_refused():
+    scene = Scene.shoebox([0.01, 0.01, 0.01])
+    places = [0.005, 0.005, 0.005], [0.003, 0.004, 0.003]
+    with pytest.raises(SceneError, match="highest order"):
+        simulate(scene, *places, sample_rate=8000, duration=0.1)
+    made = simulate(scene, *places, sample_rate=8000, duration=0.1, max_order=20)
+    assert np.all(np.isfinite(made.responses))
