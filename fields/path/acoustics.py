@@ -26,6 +26,7 @@ LEAST_CLEARNESS = 4.0
 LEAST_WALLS = 2
 JUDGED_ROWS = 60
 POOR = 0.85
+LONE = 0.02
 PERFECT = 10 ** (-25 / 10)
 COMPLETED_ROWS = 300
 WALL_NAMES = ("low x", "high x", "low y", "high y", "low z", "high z")
@@ -204,6 +205,13 @@ def hear_room(
         )
         return _without_room(rows, alarms)
     alarms += _room_alarms(fitted, unexplained)
+    if rows.n_places == 1 and unexplained > LONE:
+        alarms.append(
+            "heard from one emitter place only, and "
+            f"{100 * unexplained:.0f} % of the energy "
+            "is unexplained: a wall found may be the echo of two others; record a "
+            "second emitter place"
+        )
     completion = None
     if late and unexplained > PERFECT:
         completion = Completion.fit(judged, early, fitted)
