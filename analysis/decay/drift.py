@@ -4,6 +4,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from analysis.decay.model import FAST
 from analysis.decay.scan import sum_of
 
 __all__ = ["drift_of", "may_drift"]
@@ -19,6 +20,15 @@ LEAST_SHARE = 0.3
 """Drift is taken off from this power re the noise on."""
 
 
+@njit(cache=True, nogil=True, fastmath=FAST)
+def power_of(samples, start, stop):
+    """Return the sum of squares of a stretch."""
+    total = 0.0
+    for n in range(start, stop):
+        total += samples[n] * samples[n]
+    return total
+
+
 @njit(cache=True, nogil=True)
 def may_drift(samples):
     """Return whether the means of the last quarter's parts exceed white noise's."""
@@ -30,10 +40,7 @@ def may_drift(samples):
     for part in range(parts):
         first = start + part * width
         means += (sum_of(samples, first, first + width) / width) ** 2
-        total = 0.0
-        for n in range(first, first + width):
-            total += samples[n] * samples[n]
-        power += total / width
+        power += power_of(samples, first, first + width) / width
     return means * width > 16.0 * power
 
 

@@ -114,7 +114,9 @@ class NoiseFit:
 
     def _flutters(self) -> bool:
         """Return whether the outliers in the decay are a train of falling pulses."""
-        end = int(crossing(self.theta, float(self.count))) if self.decays else 0
+        if not self.decays or self.events < FEW_PULSES:
+            return False
+        end = int(crossing(self.theta, float(self.count)))
         out = np.flatnonzero(~self.used[:end])
         runs = np.split(out, np.flatnonzero(np.diff(out) > 1) + 1)
         peaks = np.array([self.means[run].max() for run in runs if len(run)])
