@@ -99,9 +99,12 @@ def plot_curves(
             axes.axhline(row[name], color="grey", linestyle=style, label=label)
         axes.set_title(f"{name} {unit}", fontsize="small")
         axes.set_xlabel("s of training")
+    # Seven metrics leave the eighth panel for the names.
+    spare = figure.axes[-1]
+    spare.axis("off")
     if any(curves):
-        figure.axes[0].legend(fontsize="xx-small")
-    figure.axes[-1].set_visible(len(METRIC_UNITS) >= len(figure.axes))
+        named = figure.axes[0].get_legend_handles_labels()
+        spare.legend(*named, fontsize="x-small", loc="center")
     figure.savefig(path, dpi=100)
 
 
