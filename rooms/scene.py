@@ -55,7 +55,7 @@ def spread_shares(what: str, values: Any, surfaces: int) -> FloatArray:
             f" of {surfaces} surfaces"
         ) from error
     if not np.all((spread >= 0) & (spread <= 1)):
-        raise SceneError(f"{what} must lie in 0…1; got {np.nanmax(np.abs(spread)):g}")
+        raise SceneError(f"{what} must lie in 0…1; got {np.abs(spread).max():g}")
     return spread
 
 

@@ -120,3 +120,8 @@ def test_more_images_than_anyone_waits_for_are_refused():
         simulate(scene, *places, sample_rate=8000, duration=0.1)
     made = simulate(scene, *places, sample_rate=8000, duration=0.1, max_order=20)
     assert np.all(np.isfinite(made.responses))
+
+
+def test_shares_that_are_no_numbers_are_refused():
+    with pytest.raises(SceneError, match="0…1"):
+        Scene.shoebox((6, 5, 3), absorption=np.nan)
