@@ -11,7 +11,7 @@ from capture.verdict import Verdict
 
 __all__ = ["check_loopback"]
 
-COMPACT_SHARE = 0.9
+COMPACT_SHARE = 0.8
 CONTRAST_DB = 10.0
 FEWEST = 8
 
