@@ -50,7 +50,7 @@ def random_pattern(rng: np.random.Generator) -> GainPattern:
     kind = rng.random()
     if kind < 0.8:
         return GainPattern.first_order(float(rng.choice([1.0, 1.0, 0.99, 0.9, 0.5])))
-    bands = 125.0 * 2 ** np.arange(7)
+    bands = 125.0 * 2.0 ** np.arange(7, dtype=np.float64)
     spread = np.concatenate([[1.0], np.zeros(15)]) * np.sqrt(4 * np.pi)
     bent = rng.normal(0, rng.choice([0.01, 0.1, 0.3]), (7, 16))
     return GainPattern(spread + bent, bands)

@@ -248,6 +248,9 @@ def whole_energy(room: MeshGeometry, rays: int, seed: int) -> np.ndarray:
     return energy
 
 
+ERRORS = ("Env_percent", "T60_percent", "C50_db", "EDT_ms")
+
+
 def converge(counts: Sequence[int], reference: int, runs: int) -> list[dict[str, Any]]:
     """Return the mean errors of parameters against a run with many rays."""
     room = MeshGeometry.extruded(FLOOR, 3)
@@ -267,14 +270,13 @@ def converge(counts: Sequence[int], reference: int, runs: int) -> list[dict[str,
                     1000 * abs(got["EDT"] - wanted["EDT"]),
                 ]
             )
-        names = ("Env_percent", "T60_percent", "C50_db", "EDT_ms")
         mean = np.mean(errors, axis=0)
-        rows.append({"rays": count, **dict(zip(names, mean.tolist(), strict=True))})
+        rows.append({"rays": count, **dict(zip(ERRORS, mean.tolist(), strict=True))})
     if len(rows) > 1:
         x = np.log([row["rays"] for row in rows])
         slopes = {
             name: float(np.polyfit(x, np.log([row[name] for row in rows]), 1)[0])
-            for name in names
+            for name in ERRORS
         }
         rows.append({"rays": "slope", **slopes})
     return rows
