@@ -12,8 +12,16 @@ if TYPE_CHECKING:
     from analysis.differences import paper_metrics
     from analysis.metrics import METRICS
     from analysis.parameters import acoustic_parameters
+    from analysis.sound_strength import reference_energy, strength
 
-__all__ = ["METRICS", "acoustic_parameters", "band_parameters", "paper_metrics"]
+__all__ = [
+    "METRICS",
+    "acoustic_parameters",
+    "band_parameters",
+    "paper_metrics",
+    "reference_energy",
+    "strength",
+]
 
 __getattr__, __dir__ = lazy_names(
     __name__,
@@ -22,5 +30,6 @@ __getattr__, __dir__ = lazy_names(
         "analysis.differences": "paper_metrics",
         "analysis.metrics": "METRICS",
         "analysis.parameters": "acoustic_parameters",
+        "analysis.sound_strength": "reference_energy strength",
     },
 )
