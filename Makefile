@@ -35,7 +35,7 @@ $(VENV)/ready-user: pyproject.toml constraints.txt | $(BIN)/python
 
 $(VENV)/ready-dev: pyproject.toml constraints.txt | $(BIN)/python
 	@echo "Setting up for development (this happens once) …"
-	@$(PIP) -c constraints.txt $(INDEX) -e '.[fields,sofa,mesh,cluster,dev]'
+	@$(PIP) -c constraints.txt $(INDEX) -e '.[fields,tensorboard,sofa,mesh,cluster,dev]'
 	@$(BIN)/pyright --version >/dev/null
 	@touch $(VENV)/ready-user $@
 
