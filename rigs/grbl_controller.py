@@ -59,19 +59,20 @@ class GrblController(GrblState):
         """
         self._check(points)
         left = list(points)
-        for attempt in range(self.options.retries + 1):
+        retries = self.options.retries
+        while True:
             at = self.verify()
             try:
                 return self._go([at, *left])
             except (SilenceError, RefusedError) as error:
                 self._halt(error)
-                if attempt == self.options.retries or not self.known:
+                if retries == 0 or not self.known:
                     raise
+                retries -= 1
                 left = self._remaining([at, *left])
             except BaseException as error:
                 self._halt(error)
                 raise
-        raise AssertionError  # pragma: no cover
 
     def _remaining(self, path: list[np.ndarray]) -> list[np.ndarray]:
         """Return the points of an interrupted way that are still ahead."""

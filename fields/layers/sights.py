@@ -17,8 +17,8 @@ SEEN = 64
 TURN_M = 1.0
 
 
-class LearnedSight(nn.Module):
-    """A small network over the depth and shade of a panorama."""
+class Panorama(nn.Module):
+    """What stands round a device: rays turned with it, cast into the room."""
 
     def __init__(self, frame: SceneFrame, rows: int, columns: int) -> None:
         super().__init__()
@@ -26,41 +26,45 @@ class LearnedSight(nn.Module):
         rays = panorama_directions(rows, columns)
         self.register_buffer("rays", rays, persistent=False)
         self.views = room_views(frame)
-        self.narrow = perceptron([2 * len(rays), 256, 128, SEEN])
 
     rays: Tensor
+
+    def cast(self, position: Tensor, axes: Tensor) -> tuple[Tensor, Tensor]:
+        """Return depth in metres and shade along the rays, shape (batch, rays)."""
+        directions = torch.einsum("bij,rj->bri", axes, self.rays)
+        return self.views(position, directions)
+
+
+class LearnedSight(Panorama):
+    """A small network over the depth and shade of a panorama."""
+
+    def __init__(self, frame: SceneFrame, rows: int, columns: int) -> None:
+        super().__init__(frame, rows, columns)
+        self.narrow = perceptron([2 * len(self.rays), 256, 128, SEEN])
 
     def forward(
         self, position: Tensor, axes: Tensor, noise: float, random: Random
     ) -> Tensor:
         """Return features of what is seen, shape (batch, 64)."""
-        directions = torch.einsum("bij,rj->bri", axes, self.rays)
-        depth, shade = self.views(position, directions)
+        depth, shade = self.cast(position, axes)
         features = torch.cat([depth / self.reach, shade], dim=-1)
         return self.narrow(_noisy(features, noise, random))
 
 
-class ResnetSight(nn.Module):
+class ResnetSight(Panorama):
     """Frozen ResNet-18 features of a rendered panorama, one of shade, one of depth."""
 
     def __init__(self, frame: SceneFrame, rows: int, columns: int) -> None:
-        super().__init__()
-        self.reach = frame.reach
+        super().__init__(frame, rows, columns)
         self.size = rows, columns
-        rays = panorama_directions(rows, columns)
-        self.register_buffer("rays", rays, persistent=False)
-        self.views = room_views(frame)
         self.network = ResNet18()
         self.narrow = perceptron([2 * FEATURES, 128, SEEN])
-
-    rays: Tensor
 
     def forward(
         self, position: Tensor, axes: Tensor, noise: float, random: Random
     ) -> Tensor:
         """Return features of what is seen, shape (batch, 64)."""
-        directions = torch.einsum("bij,rj->bri", axes, self.rays)
-        depth, shade = self.views(position, directions)
+        depth, shade = self.cast(position, axes)
         fog = torch.exp(-depth / (2 * self.reach))
         pictures = torch.cat([(1 - shade) * fog, fog])
         # Rows go from down to up; pictures from top to bottom.

@@ -12,7 +12,13 @@ from fields.path.fitset import FitSet
 from fields.path.gate import Gate, Held, judge
 from fields.path.horizon import Doubt, predicted_coherence
 from fields.path.late import LateMaps
-from fields.path.regions import Regions, direct_levels, find_regions, sight_bits
+from fields.path.regions import (
+    Regions,
+    apartness,
+    direct_levels,
+    find_regions,
+    sight_bits,
+)
 from fields.path.tail import Tail
 from fields.path.tiles import Tiles
 from rir import Poses
@@ -94,7 +100,7 @@ class Completion:
         model_misfit = _left_out(held, fit_set, tiles, features, speed, model)
         doubt = Doubt(walls=getattr(paths, "length_sd", None))
         expected = predicted_coherence(tiles.centers, tiles.times, speed, doubt)
-        apart = _apart(regions, *ends)
+        apart = apartness(regions(ends[0]), regions(ends[1]))
         gate = judge(held, expected, _path_ratio(held), model_misfit, apart)
         center = np.vstack(ends).mean(axis=0)
         tail = _tail(spatial, 0, center, tiles, speed)
@@ -119,7 +125,8 @@ class Completion:
             The ends.
         """
         first, second = emitters.positions, listeners.positions
-        apart = _apart(self.model.features.regions, first, second)
+        regions = self.model.features.regions
+        apart = apartness(regions(first), regions(second))
         gains, shares, weights, trims = self.gate.between(apart)
         if (weights == 1).all() and (shares == 1).all():
             return self.tiles.gained(early, gains)
@@ -237,12 +244,6 @@ def _spread_rows(fit_set: FitSet, count: int) -> np.ndarray:
     return np.sort(picked)
 
 
-def _apart(regions: Regions, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    if regions.count == 1:
-        return np.zeros(len(first))
-    return 1 - (regions(first) * regions(second)).sum(axis=1)
-
-
 def _held(tiles: Tiles, measured: np.ndarray, told: np.ndarray) -> Held:
     energies = tiles.energies(measured)
     if not told.any():
@@ -318,11 +319,11 @@ def _alarms(
     """Say in words what is not explained."""
     alarms = []
     late = tiles.times >= 0.03
-    if late.any() and (gate.shares[:, :, late] < 0.5).mean() > OPEN_ALARM:
+    open_share = float((gate.shares[:, :, late] < 0.5).mean()) if late.any() else 0.0
+    if open_share > OPEN_ALARM:
         alarms.append(
             "paths do not explain this room: their waveforms fail in "
-            f"{100 * float((gate.shares[:, :, late] < 0.5).mean()):.0f} % of the "
-            "octaves and times after 30 ms"
+            f"{100 * open_share:.0f} % of the octaves and times after 30 ms"
         )
     level = _level_error(misfit, fit_set.places)
     if level > LEVEL_ALARM_DB:

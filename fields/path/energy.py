@@ -11,6 +11,7 @@ import numpy as np
 
 from fields.path.features import PlaceFeatures
 from fields.path.late import LateMaps, chi_square_bias, fit_maps
+from fields.path.regions import apartness
 from fields.path.slopes import common_rates, region_curves
 from fields.path.tiles import Tiles
 
@@ -109,8 +110,8 @@ def arrival_shares(
 def _apart(features: PlaceFeatures, ends: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
     """Return how little two ends share a region, 0 to 1."""
     count = features.regions.count
-    shares = [one[:, one.shape[1] - count :] for one in ends]
-    return 1 - (shares[0] * shares[1]).sum(axis=1)
+    first, second = (one[:, one.shape[1] - count :] for one in ends)
+    return apartness(first, second)
 
 
 def _regressors(

@@ -155,11 +155,16 @@ def _starts(start: LateMaps, flags: int) -> list[np.ndarray]:
     return [np.tile(one, (slopes, 1)) for one in padded]
 
 
+def _waves(maps: LateMaps, times: np.ndarray) -> np.ndarray:
+    """Return how the faster slopes fall against the slowest, shape (slopes, bins)."""
+    return np.exp(-np.outer(maps.rates[1:] - maps.rates[0], times))
+
+
 def _modelled(
     maps: LateMaps, first: np.ndarray, second: np.ndarray, times: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     level = (first @ maps.level + second @ maps.level)[:, None]
-    waves = np.exp(-np.outer(maps.rates[1:] - maps.rates[0], times))
+    waves = _waves(maps, times)
     products = (first @ maps.shares.T) * (second @ maps.shares.T)
     total = 1 + products @ waves
     held = np.maximum(total, LEAST_SUM)
@@ -219,7 +224,7 @@ def _measure(
     heard = own + noise[:, None]
     gap = np.where(known, data - np.log(heard), 0.0)
     slope = np.where(known, own / heard, 0.0)
-    waves = np.exp(-np.outer(maps.rates[1:] - maps.rates[0], times))
+    waves = _waves(maps, times)
     pull = (maps.level - center) * penalty
     hold = maps.shares * penalty
     cost = (gap**2).sum() + (pull * (maps.level - center)).sum()

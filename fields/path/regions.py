@@ -13,7 +13,7 @@ import numpy as np
 
 from fields.path.membership import settle, spectral_start
 
-__all__ = ["Regions", "direct_levels", "find_regions", "sight_bits"]
+__all__ = ["Regions", "apartness", "direct_levels", "find_regions", "sight_bits"]
 
 MOST_REGIONS = 4
 LENGTH_M = 1.5
@@ -25,6 +25,22 @@ GAIN_PER_BIT = 0.1
 SEEN = 0.63
 HIDDEN = 0.4
 SLACK_SAMPLES = 2
+
+
+def apartness(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Return how little two ends share a region, 0 to 1, shape (pairs,).
+
+    Parameters
+    ----------
+    first, second : numpy.ndarray
+        Shares of regions of each end, shape (pairs, regions).
+
+    Examples
+    --------
+    >>> apartness(np.eye(2), np.array([[1.0, 0.0], [0.5, 0.5]])).tolist()
+    [0.0, 0.5]
+    """
+    return 1 - (first * second).sum(axis=1)
 
 
 @dataclass(frozen=True, eq=False)
