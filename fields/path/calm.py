@@ -1,8 +1,8 @@
 """A tail whose spectrogram is as even as a waveform's can be.
 
 What cannot be predicted is best answered by its mean: a noise of its own would only
-add its own chance to the truth's. Alternating projections between waveforms and flat
-spectrograms of several windows halve the swing of noise.
+add its own chance to the truth's. Alternating projections between waveforms, flat
+spectrograms of several windows and a flat envelope halve the swing of noise.
 """
 
 from dataclasses import dataclass
@@ -56,7 +56,7 @@ class CalmTail:
 
 
 def even_noise(n_samples: int, sample_rate: float, *, seed: int) -> np.ndarray:
-    """Return noise of variance 1 with an even spectrogram, shape (n_samples,)."""
+    """Return noise of variance 1, even in spectrogram and envelope, (n_samples,)."""
     margin = round(MARGIN_S * sample_rate) + 64
     total = n_samples + 2 * margin
     noise = np.random.default_rng(seed).standard_normal(total)
@@ -71,6 +71,7 @@ def even_noise(n_samples: int, sample_rate: float, *, seed: int) -> np.ndarray:
         shapes.append((window, places, np.maximum(cover, 0.05)))
     for _ in range(STEPS):
         parts = [_flattened(noise, *shape) for shape in shapes]
+        parts.append(_levelled(noise))
         joined = np.sum(parts, axis=0)
         noise = joined / joined.std()
     return noise[margin : margin + n_samples]
@@ -90,3 +91,17 @@ def _flattened(
     frames = np.asarray(irfft(flat, size))[:, :width] * window
     joined = np.bincount(places.ravel(), frames.ravel(), len(noise))
     return joined / cover
+
+
+def _levelled(noise: np.ndarray) -> np.ndarray:
+    """Return the waveform nearest to a flat envelope."""
+    from scipy.fft import fft, ifft
+
+    count = len(noise)
+    turn = np.zeros(count)
+    turn[0], turn[1 : (count + 1) // 2] = 1.0, 2.0
+    if count % 2 == 0:
+        turn[count // 2] = 1.0
+    wave = np.asarray(ifft(np.asarray(fft(noise)) * turn))
+    size = np.abs(wave)
+    return np.real(wave) * np.sqrt((size**2).mean()) / (size + 1e-9)
