@@ -1,0 +1,251 @@
+"""Fit the planes, air and devices of a room of flat faces: Levenberg-Marquardt.
+
+The mirror paths are listed once a stage and kept while the planes move by
+centimetres; their lengths and gains are exact for the planes of each step.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fields.path.box_fit import slow_columns
+from fields.path.fitset import FitSet
+from fields.path.mesh_room import MeshRoom
+from fields.path.scan import tangents
+
+__all__ = ["MeshStep", "PlaneFit", "fit_planes", "squared_errors"]
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+AIR = 2
+TRIES = 4
+LEAST_MET = 12
+"""A plane that fewer paths meet is not moved."""
+AIR_SIGMAS, AIR_BOUND = (2.0, 2e-3), (1.5, 5e-4)
+PLANE_SIGMAS, PLANE_BOUND = (0.02, 0.02, 0.05), (0.02, 0.02, 0.03)
+FACTOR_SIGMA, FACTOR_BOUND = 0.5, 0.3
+PATTERN_SIGMA = 3.0
+SMALL = 1e-3
+
+
+@dataclass(frozen=True)
+class MeshStep:
+    """One stage of the fit: how much of the sound, and what may move."""
+
+    edge_hz: float
+    order: int
+    turns: int
+    planes: bool = True
+    pattern: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class PlaneFit:
+    """Hold the fitted room and the covariance of what moved.
+
+    Parameters
+    ----------
+    room : MeshRoom
+        The room, its paths kept.
+    covariance : ndarray
+        Of the active parameters.
+    active : ndarray of bool, shape (2 + 4 P + harmonics,)
+        Speed of sound, latency, two tilts and a shift a plane, factors, pattern.
+    errors : ndarray, shape (rows,)
+        Squared errors.
+    """
+
+    room: MeshRoom
+    covariance: FloatArray
+    active: BoolArray
+    errors: FloatArray
+
+    def plane_sd(self) -> FloatArray:
+        """Return each plane's standard deviation, shape (P,), metres; NaN if fixed."""
+        count = len(self.room.walls)
+        spread = np.full(len(self.active), np.nan)
+        spread[self.active] = np.sqrt(np.clip(np.diag(self.covariance), 0, None))
+        return spread[AIR : AIR + 3 * count].reshape(count, 3)[:, 2]
+
+
+def fit_planes(
+    rows: FitSet, room: MeshRoom, step: MeshStep, filtered: FloatArray
+) -> PlaneFit:
+    """Run one stage on a room that holds the rows' paths."""
+    active = _active(room, step)
+    frame = _frame(room)
+    power = (filtered**2).sum(axis=1)
+    loud = power > 1e-9 * max(float(power.max(initial=0.0)), 1e-300)
+    weights = np.where(loud, 1 / (power + np.median(power) * 0.1 + 1e-300), 0.0)
+    errors = squared_errors(rows, room, filtered)
+    best, damping = float(weights @ np.minimum(errors, 4 * power)), 1e-3
+    square = np.zeros((len(active), len(active)))
+    for _ in range(step.turns):
+        trusted = weights * _trust(errors, power)
+        square, right = _sums(rows, room, frame, active, filtered, trusted)
+        before = best
+        for _ in range(TRIES):
+            moved = _moved(room, frame, _solved(square, right, active, damping))
+            found = squared_errors(rows, moved, filtered)
+            now = float(weights @ np.minimum(found, 4 * power))
+            if now < best:
+                room, best, errors = moved, now, found
+                damping = max(damping / 10, 1e-7)
+                break
+            damping *= 10
+        if before - best < 1e-4 * best:
+            break
+    noise = best / max(float(np.count_nonzero(weights)) * filtered.shape[1], 1.0)
+    inner = square[np.ix_(active, active)]
+    inner = inner + np.diag(noise / _sigmas(room)[active] ** 2)
+    room = replace(room, shape=room.shape.moved(room.shape.planes))
+    return PlaneFit(room, np.linalg.pinv(inner) * noise, active, errors)
+
+
+def squared_errors(rows: FitSet, room: MeshRoom, targets: FloatArray) -> FloatArray:
+    """Return each row's squared error above the slow part, shape (rows,)."""
+    gap = targets - room.render(rows.emitters, rows.listeners, targets.shape[1])
+    free = gap @ slow_columns(targets.shape[1], room.sample_rate)
+    return (gap**2).sum(axis=1) - (free**2).sum(axis=1)
+
+
+def _trust(errors: FloatArray, power: FloatArray) -> FloatArray:
+    share = errors / np.maximum(power, 1e-300)
+    return np.minimum(1.0, 3 * float(np.median(share)) / np.maximum(share, 1e-12))
+
+
+def _active(room: MeshRoom, step: MeshStep) -> BoolArray:
+    count = len(room.walls)
+    if room.paths is None:
+        met = np.zeros(count)
+    else:
+        met = room.paths.met(count)
+    active = np.zeros(AIR + 4 * count + len(room.emitting), dtype=bool)
+    active[:AIR] = step.planes
+    active[AIR : AIR + 3 * count] = step.planes & (met >= LEAST_MET).repeat(3)
+    active[AIR + 3 * count : AIR + 4 * count] = met > 0
+    active[AIR + 4 * count :] = step.pattern
+    return active
+
+
+def _sigmas(room: MeshRoom) -> FloatArray:
+    count = len(room.walls)
+    return np.concatenate(
+        [
+            AIR_SIGMAS,
+            np.tile(PLANE_SIGMAS, count),
+            np.full(count, FACTOR_SIGMA),
+            np.full(len(room.emitting), PATTERN_SIGMA),
+        ]
+    )
+
+
+def _frame(room: MeshRoom) -> tuple[FloatArray, FloatArray]:
+    """Return the tilts, shape (P, 2, 3), and centers, (P, 3), of all planes."""
+    shape = room.shape
+    tilts = np.array([tangents(plane[:3]) for plane in shape.planes])
+    middles = shape.vertices[shape.faces].mean(axis=1)
+    a, b, c = np.moveaxis(shape.vertices[shape.faces], 1, 0)
+    areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    centers = np.empty((len(shape.planes), 3))
+    total = np.bincount(shape.plane_of, areas, minlength=len(centers))
+    for axis in range(3):
+        held = np.bincount(
+            shape.plane_of, areas * middles[:, axis], minlength=len(centers)
+        )
+        centers[:, axis] = held / np.maximum(total, 1e-300)
+    return tilts, centers
+
+
+def _sums(
+    rows: FitSet,
+    room: MeshRoom,
+    frame: tuple[FloatArray, FloatArray],
+    active: BoolArray,
+    targets: FloatArray,
+    weights: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    from fields.path.mesh_kernel import accumulate_paths
+    from fields.path.room import turns_of
+
+    ends = rows.emitters.positions, rows.listeners.positions
+    paths = room.paths or room.listed(*ends, targets.shape[1])
+    square, right = np.zeros((len(active), len(active))), np.zeros(len(active))
+    accumulate_paths(
+        *ends,
+        paths.starts,
+        paths.order,
+        paths.walls,
+        room.shape.planes,
+        *frame,
+        turns_of(rows.emitters, np.eye(3)),
+        turns_of(rows.listeners, np.eye(3)),
+        room.scale,
+        room.latency_s * room.sample_rate,
+        room.walls,
+        room.emitting,
+        room.listening,
+        room.bank.taps,
+        room.bank.lead,
+        room.speed_of_sound,
+        room.sample_rate,
+        active,
+        targets,
+        weights,
+        slow_columns(targets.shape[1], room.sample_rate),
+        square,
+        right,
+        np.zeros(len(rows)),
+    )
+    # latency is counted in samples inside
+    square[1] *= room.sample_rate
+    square[:, 1] *= room.sample_rate
+    right[1] *= room.sample_rate
+    return square, right
+
+
+def _solved(
+    square: FloatArray, right: FloatArray, active: BoolArray, damping: float
+) -> FloatArray:
+    step = np.zeros(len(active))
+    inner = square[np.ix_(active, active)]
+    scale = np.sqrt(np.maximum(np.diag(inner), 1e-300))
+    scaled = inner / np.outer(scale, scale)
+    scaled[np.diag_indices_from(scaled)] += damping + 1e-9
+    step[active] = np.linalg.solve(scaled, right[active] / scale) / scale
+    return step
+
+
+def _moved(
+    room: MeshRoom, frame: tuple[FloatArray, FloatArray], step: FloatArray
+) -> MeshRoom:
+    count = len(room.walls)
+    air = np.clip(step[:AIR], -np.array(AIR_BOUND), AIR_BOUND)
+    bound = np.array(PLANE_BOUND)
+    moves = np.clip(step[AIR : AIR + 3 * count].reshape(count, 3), -bound, bound)
+    planes = _tilted(room.shape.planes, frame, moves)
+    change = step[AIR + 3 * count : AIR + 4 * count]
+    walls = room.walls + np.clip(change, -FACTOR_BOUND, FACTOR_BOUND)
+    walls = np.clip(walls, -1.0, 1.0)
+    small = np.abs(walls) < SMALL
+    return replace(
+        room,
+        # corners follow when the stage is over
+        shape=replace(room.shape, planes=planes),
+        speed_of_sound=room.speed_of_sound + air[0],
+        latency_s=room.latency_s + air[1],
+        walls=np.where(small, np.where(walls < 0, -SMALL, SMALL), walls),
+        emitting=room.emitting + step[AIR + 4 * count :],
+    )
+
+
+def _tilted(
+    planes: FloatArray, frame: tuple[FloatArray, FloatArray], moves: FloatArray
+) -> FloatArray:
+    tilts, centers = frame
+    normals = planes[:, :3] + np.einsum("pk,pkx->px", moves[:, :2], tilts)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    height = np.einsum("px,px->p", planes[:, :3], centers) - planes[:, 3]
+    offsets = np.einsum("px,px->p", normals, centers) - height + moves[:, 2]
+    return np.column_stack([normals, offsets])

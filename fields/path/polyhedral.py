@@ -1,0 +1,231 @@
+"""From a room of flat faces, roughly known, to a fitted one."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fields.path.bank import PulseBank, ideal_bank
+from fields.path.box_fit import fit_bank
+from fields.path.coloring import Coloring, fit_coloring
+from fields.path.direct import DirectSound
+from fields.path.fitset import FitSet
+from fields.path.mesh_fit import MeshStep, PlaneFit, fit_planes, squared_errors
+from fields.path.mesh_room import MeshRoom
+from fields.path.polyhedron import Polyhedron
+from fields.path.room import OMNI
+from fields.path.shoebox import _below, _pattern_size
+from rir import GainPattern, Poses
+
+__all__ = ["FittedMesh", "fit_polyhedron"]
+
+FloatArray = NDArray[np.float64]
+STAGES = (
+    MeshStep(1500.0, 1, 4, pattern=False),
+    MeshStep(3000.0, 2, 4),
+    MeshStep(6000.0, 4, 3),
+)
+LOW_ROWS, FULL_ROWS = 60, 40
+FIRST_FACTOR = 0.8
+MOST_ORDER = 16
+ROUNDS = 2
+BANK_S = (0.003, 0.005)
+
+
+@dataclass(frozen=True, eq=False)
+class FittedMesh:
+    """Hold a room of flat faces and how it was fitted.
+
+    Parameters
+    ----------
+    room : MeshRoom
+        The room.
+    coloring : Coloring
+        The slow part of the source.
+    plane_sd : ndarray, shape (P,)
+        Standard deviation of each plane's place, metres; NaN where it was not
+        moved.
+    """
+
+    room: MeshRoom
+    coloring: Coloring
+    plane_sd: FloatArray
+
+    def predict(self, emitters: Poses, listeners: Poses, n_samples: int) -> FloatArray:
+        """Return all paths' sound, shape (rows, n_samples)."""
+        plain = self.room.render(emitters, listeners, n_samples)
+        return plain + self.coloring.added(plain)
+
+    @property
+    def speed_of_sound(self) -> float:
+        """Metres per second, fitted."""
+        return self.room.speed_of_sound
+
+    def length_sd(self, lengths: FloatArray) -> FloatArray:
+        """Return the standard deviation of paths of given lengths, metres.
+
+        Each bounce adds a wall's error; bounces grow with length over the mean
+        free path of the room.
+        """
+        shape = self.room.shape
+        known = self.plane_sd[np.isfinite(self.plane_sd)]
+        spread = float(known.mean()) if len(known) else 0.0
+        volume = max(float(shape.mesh.volume), 1e-3)
+        free = 4 * volume / max(float(shape.areas.sum()), 1e-3)
+        bounces = np.asarray(lengths) / max(free, 0.1)
+        return 1.16 * spread * bounces / np.sqrt(6)
+
+    def report(self) -> dict[str, Any]:
+        """Return what was found, in plain values."""
+        room = self.room
+        return {
+            "walls": len(room.walls),
+            "planes": room.shape.planes.tolist(),
+            "plane_sd_m": [float(one) for one in self.plane_sd],
+            "reflection": room.walls.tolist(),
+            "speed_of_sound": float(room.speed_of_sound),
+            "latency_s": float(room.latency_s),
+            "volume_m3": float(room.shape.mesh.volume),
+        }
+
+    def as_arrays(self) -> dict[str, Any]:
+        """Return everything as plain arrays, for a file."""
+        room = self.room
+        return {
+            **{name: getattr(room, name) for name in _SCALARS},
+            **{name: getattr(room, name) for name in _ARRAYS},
+            **{name: getattr(room.shape, name) for name in _SHAPE},
+            "order": room.order,
+            "taps": room.bank.taps,
+            "lead": room.bank.lead,
+            "coloring": self.coloring.factors,
+            "plane_sd": self.plane_sd,
+        }
+
+    @classmethod
+    def from_arrays(cls, arrays: dict[str, np.ndarray]) -> "FittedMesh":
+        """Rebuild what :meth:`as_arrays` returned."""
+        scalars: dict[str, Any] = {name: float(arrays[name]) for name in _SCALARS}
+        room = MeshRoom(
+            shape=Polyhedron(**{name: arrays[name] for name in _SHAPE}),
+            bank=PulseBank(arrays["taps"], int(arrays["lead"])),
+            order=int(arrays["order"]),
+            **{name: arrays[name] for name in _ARRAYS},
+            **scalars,
+        )
+        coloring = Coloring(arrays["coloring"], scalars["sample_rate"])
+        return cls(room, coloring, arrays["plane_sd"])
+
+
+_SCALARS = ("speed_of_sound", "latency_s", "sample_rate", "reach_m")
+_ARRAYS = ("walls", "emitting", "listening")
+_SHAPE = ("planes", "vertices", "faces", "plane_of")
+
+
+def fit_polyhedron(
+    rows: FitSet,
+    direct: DirectSound,
+    shape: Polyhedron,
+    reach_m: float = 40.0,
+    listening: GainPattern | None = None,
+) -> FittedMesh:
+    """Fit planes, air, devices and pulse of a room of flat faces to rows.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        If the equations cannot be solved.
+    """
+    room = replace(_start(rows, direct, shape), reach_m=reach_m)
+    if listening is not None:
+        room = replace(room, listening=listening.coefficients.mean(axis=0))
+    few = rows.spread(LOW_ROWS)
+    for step in STAGES:
+        if 2.4 * step.edge_hz <= rows.sample_rate:
+            room = staged(few, room, step).room
+    few = rows.spread(FULL_ROWS)
+    room = replace(room, order=MOST_ORDER, bank=ideal_bank(36))
+    whole = MeshStep(0.5 * rows.sample_rate, MOST_ORDER, 2)
+    coloring = Coloring.none(rows.sample_rate)
+    room = _with_right_order(few, room)
+    fitted = fit_planes(few, _holding(few, room), whole, few.responses)
+    for turn in range(ROUNDS):
+        coloring, fitted = _polished(few, fitted, coloring, turn)
+        if turn < ROUNDS - 1:
+            rest = few.responses - coloring.added(_rendered(few, fitted.room))
+            room = _holding(few, fitted.room)
+            fitted = fit_planes(few, room, whole, rest)
+    return FittedMesh(fitted.room.free(), coloring, fitted.plane_sd())
+
+
+def staged(rows: FitSet, room: MeshRoom, step: MeshStep) -> PlaneFit:
+    """Fit a room to the low part of rows, with paths of low order."""
+    share = min(2 * step.edge_hz / rows.sample_rate, 1.0)
+    bank = ideal_bank(2 * int(np.ceil(8 / share)), share)
+    heard = _below(rows.responses, share)
+    moved = _holding(rows, replace(room, bank=bank, order=step.order))
+    return fit_planes(rows, moved, step, heard)
+
+
+def _start(rows: FitSet, direct: DirectSound, shape: Polyhedron) -> MeshRoom:
+    peak = direct.pulse[int(np.argmax(np.abs(direct.pulse)))]
+    emitting = np.zeros(_pattern_size(rows))
+    emitting[0] = np.sqrt(4 * np.pi) * (peak or 1.0)
+    return MeshRoom(
+        shape,
+        rows.speed_of_sound,
+        direct.latency_s,
+        np.full(len(shape.planes), FIRST_FACTOR),
+        emitting,
+        OMNI.copy(),
+        ideal_bank(36),
+        rows.sample_rate,
+    )
+
+
+def _holding(rows: FitSet, room: MeshRoom) -> MeshRoom:
+    return room.free().holding(rows.emitters, rows.listeners, rows.n_samples)
+
+
+def _with_right_order(rows: FitSet, room: MeshRoom) -> MeshRoom:
+    """Stop at the order where the sound stops, as simulators do.
+
+    The last order is the one that leaves the smallest error.
+    """
+    held = _holding(rows, room)
+    paths = held.paths
+    if paths is None:
+        return room
+    errors = []
+    for order in range(int(paths.order.max(initial=0)) + 1):
+        some = replace(held, paths=paths.below(order))
+        errors.append(_total(rows, some, rows.responses))
+    best = int(np.argmin(errors))
+    whole = errors[-1] <= 1.02 * errors[best]
+    return room if whole else replace(room, order=max(best, 1))
+
+
+def _rendered(rows: FitSet, room: MeshRoom) -> FloatArray:
+    return room.render(rows.emitters, rows.listeners, rows.n_samples)
+
+
+def _polished(
+    rows: FitSet, fitted: PlaneFit, coloring: Coloring, turn: int
+) -> tuple[Coloring, PlaneFit]:
+    """Fit the pulse and the coloring to the paths as they are now."""
+    room = fitted.room
+    rest = rows.responses - coloring.added(_rendered(rows, room))
+    taps = [round(part * rows.sample_rate) for part in BANK_S]
+    if turn == 0:
+        taps = [20, 28]
+    bank = fit_bank(replace(rows, responses=rest), room, sum(taps), taps[0])  # type: ignore[arg-type]
+    better = replace(room, bank=bank)
+    if _total(rows, better, rest) < _total(rows, room, rest):
+        room = better
+    coloring = fit_coloring(rows.responses, _rendered(rows, room), rows.sample_rate)
+    return coloring, replace(fitted, room=room)
+
+
+def _total(rows: FitSet, room: MeshRoom, target: FloatArray) -> float:
+    return float(squared_errors(rows, room, target).sum())

@@ -1,0 +1,121 @@
+"""A room of flat faces whose planes can be moved: the shape of a mesh room."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from rooms.mesh import MeshGeometry
+
+__all__ = ["Polyhedron"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+LOOSE = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Polyhedron:
+    """Hold planes and the triangles that lie in them.
+
+    Parameters
+    ----------
+    planes : ndarray, shape (P, 4)
+        Unit normals into the air and offsets; n . x = d on the plane.
+    vertices : ndarray, shape (V, 3)
+        Corners, metres.
+    faces : ndarray, shape (F, 3)
+        Triangles.
+    plane_of : ndarray, shape (F,)
+        Plane of each triangle.
+    """
+
+    planes: FloatArray
+    vertices: FloatArray
+    faces: IntArray
+    plane_of: IntArray
+
+    @classmethod
+    def of_mesh(cls, mesh: "MeshGeometry", angle: float = 1e-3) -> "Polyhedron":
+        """Take over a mesh; panels in one plane, facing one way, share it."""
+        panels = mesh.panels
+        rows = np.column_stack([panels.normal, panels.offset])
+        merged, number = _merged(rows, _areas_of(mesh), angle, mesh.diagonal)
+        merged = merged.copy()
+        merged[:, 3] += merged[:, :3] @ mesh.origin
+        return cls(
+            merged, mesh.vertices + mesh.origin, mesh.faces, number[panels.of_face]
+        )
+
+    @classmethod
+    def of_triangles(cls, triangles: FloatArray) -> "Polyhedron":
+        """Take over loose triangles, shape (F, 3, 3), turned into the air."""
+        from rooms.mesh import MeshGeometry
+
+        corners = np.asarray(triangles, dtype=np.float64).reshape(-1, 3)
+        faces = np.arange(len(corners)).reshape(-1, 3)
+        return cls.of_mesh(MeshGeometry.from_arrays(corners, faces))
+
+    @cached_property
+    def mesh(self) -> "MeshGeometry":
+        """The room for the engine of mirror paths; surface k is plane k."""
+        from rooms.mesh import MeshGeometry
+
+        return MeshGeometry.from_arrays(self.vertices, self.faces, self.plane_of)
+
+    @property
+    def areas(self) -> FloatArray:
+        """Area of the faces in each plane, shape (P,), square metres."""
+        a, b, c = np.moveaxis(self.vertices[self.faces], 1, 0)
+        size = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+        return np.bincount(self.plane_of, size, minlength=len(self.planes))
+
+    def moved(self, planes: FloatArray) -> "Polyhedron":
+        """Return the room with other planes; every corner follows its own.
+
+        A corner of three planes or more is where they meet; one of fewer (a seam
+        within a wall) moves the shortest way that keeps it in them.
+        """
+        vertices = self.vertices.copy()
+        for corner, mine in enumerate(self._planes_at):
+            if len(mine) == 0:
+                continue
+            rows = planes[mine]
+            gap = rows[:, 3] - rows[:, :3] @ vertices[corner]
+            vertices[corner] += np.linalg.lstsq(rows[:, :3], gap, rcond=LOOSE)[0]
+        return replace(self, planes=planes.copy(), vertices=vertices)
+
+    @cached_property
+    def _planes_at(self) -> list[IntArray]:
+        pairs = np.unique(
+            np.column_stack([self.faces.ravel(), self.plane_of.repeat(3)]), axis=0
+        )
+        cuts = np.searchsorted(pairs[:, 0], np.arange(len(self.vertices) + 1))
+        return [pairs[a:b, 1] for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
+
+
+def _areas_of(mesh: "MeshGeometry") -> FloatArray:
+    return np.bincount(
+        mesh.panels.of_face, mesh.face_areas, minlength=len(mesh.panels)
+    )
+
+
+def _merged(
+    rows: FloatArray, areas: FloatArray, angle: float, size: float
+) -> tuple[FloatArray, IntArray]:
+    """Merge rows of planes that are one plane, the largest panel's first."""
+    number = np.full(len(rows), -1)
+    kept: list[int] = []
+    for row in np.argsort(-areas, kind="stable").tolist():
+        if number[row] >= 0:
+            continue
+        along = rows[:, :3] @ rows[row, :3]
+        same = (along > 1 - angle**2 / 2) & (
+            np.abs(rows[:, 3] - rows[row, 3]) < angle * size / 2
+        )
+        number[same & (number < 0)] = len(kept)
+        kept.append(row)
+    return rows[kept], number
