@@ -16,7 +16,7 @@ BOXES, TRIANGLES = 16, 8
 _WHOLE = ir.IntType(64)
 
 
-class _Lanes:
+class Lanes:
     """Builds vector operations of one width at one place in the code."""
 
     def __init__(self, context: Any, builder: Any, element: Any, width: int) -> None:
@@ -84,7 +84,7 @@ def _boxes_hit(
     signature = whole(nodes, whole, whole, *([number] * 7), near)
 
     def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        lanes = _Lanes(context, builder, ir.FloatType(), BOXES)
+        lanes = Lanes(context, builder, ir.FloatType(), BOXES)
         array, node_, signs_, *scalars, near_ = args
         first = builder.mul(node_, ir.Constant(_WHOLE, 6))
         enter, leave = lanes.number(0.0), lanes.spread(scalars[6])
@@ -123,7 +123,7 @@ def _triangles_hit(
     signature = whole(packs, whole, *([number] * 7), near, whole)
 
     def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        lanes = _Lanes(context, builder, ir.DoubleType(), TRIANGLES)
+        lanes = Lanes(context, builder, ir.DoubleType(), TRIANGLES)
         array, pack_, *scalars, near_, place_ = args
         first = builder.mul(pack_, ir.Constant(_WHOLE, 13))
         row = [
