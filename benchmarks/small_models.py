@@ -25,7 +25,8 @@ import numpy as np
 from fields import FIELDS
 from fields.data import prepare
 from fields.plan import TrainingPlan
-from fields.run import SELF_SUPERVISED, train_on
+from fields.run import train_on
+from fields.settings import SELF_SUPERVISED
 from rir import Dataset, DatasetWriter, Poses
 from rir.errors import DatasetError, SignalError
 

@@ -16,7 +16,8 @@ from fields.field import Field
 from fields.plan import Progress, TrainingPlan
 from fields.progress import progress_bar
 from fields.results import ResultTable
-from fields.run import UNLIMITED_STEPS, exchange_form, model_config, train_on
+from fields.run import UNLIMITED_STEPS, train_on
+from fields.settings import exchange_form, model_config
 from fields.split import Split, split_by_emitter
 from fields.table import FIELDS
 from fields.watching import curve_writer, tell_all, tensorboard_writer, watcher

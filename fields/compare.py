@@ -17,8 +17,9 @@ from fields.field import Field
 from fields.pattern_check import check_pattern
 from fields.plan import TrainingPlan
 from fields.results import ResultTable
-from fields.run import UNLIMITED_STEPS, exchange_form, train_on
+from fields.run import UNLIMITED_STEPS, train_on
 from fields.sets import Bench, built_in, open_bench
+from fields.settings import exchange_form
 from fields.watching import watcher
 
 __all__ = ["CompareConfig", "Job", "compare", "run_job"]

@@ -1,5 +1,6 @@
 """Responses and poses made ready for training: one rate, one length, one scale."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -14,13 +15,14 @@ from rir import Dataset, Poses
 from rir.errors import DatasetError, SignalError
 from rir.physics import speed_of_sound
 
-__all__ = ["FieldData", "prepare"]
+__all__ = ["FieldData", "check_dataset", "prepare"]
 
 IN_MEMORY_BYTES = 1_500_000_000
 CHUNK_ROWS = 256
 SURFACE_POINTS = 1024
 NEAREST_DISTANCE_M = 0.1
 LOUDEST = 1e6
+HIGHEST_RATE_HZ = 1e6
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,16 +93,14 @@ def prepare(
     Raises
     ------
     DatasetError
-        If the data set is empty.
+        If it is no data set, or an empty one.
     SignalError
         If a response holds NaN or infinity, or a pose does, or the rate or the
-        duration is negative.
+        duration is no sensible number.
     """
-    if len(dataset) == 0:
-        raise DatasetError("the data set holds no responses: nothing to learn from")
-    for what, asked in (("sample rate", sample_rate), ("duration", duration)):
-        if asked is not None and not asked >= 0:
-            raise SignalError(f"{what} {asked:g} is negative; leave it out to keep all")
+    check_dataset(dataset)
+    _check_number("sample rate", sample_rate, "Hz", HIGHEST_RATE_HZ)
+    _check_number("duration", duration, "s", math.inf)
     rate = float(sample_rate or dataset.sample_rate)
     factor = Fraction(rate / dataset.sample_rate).limit_denominator(4096)
     n_samples = _kept_samples(dataset, rate, factor, duration)
@@ -119,6 +119,36 @@ def prepare(
         dataset.listeners,
         frame,
     )
+
+
+def check_dataset(dataset: Dataset) -> None:
+    """Refuse what is no data set, and one without responses.
+
+    Raises
+    ------
+    DatasetError
+        If there is nothing to learn from.
+    """
+    if not isinstance(dataset, Dataset):
+        raise DatasetError(
+            f"a field learns from a Dataset, not from {type(dataset).__name__}; "
+            "make one with Dataset.open(path) or Dataset.from_arrays(responses, "
+            "emitters, listeners, sample_rate=...)"
+        )
+    if len(dataset) == 0:
+        raise DatasetError("the data set holds no responses: nothing to learn from")
+
+
+def _check_number(what: str, asked: float | None, unit: str, most: float) -> None:
+    if asked is None:
+        return
+    if isinstance(asked, bool) or not isinstance(asked, int | float | np.number):
+        raise SignalError(f"{what} {asked!r} is not a number of {unit}")
+    if not 0 <= asked <= most or asked == math.inf:
+        raise SignalError(
+            f"{what} {asked:g} {unit} is negative or beyond reason; "
+            "leave it out to keep the data's own"
+        )
 
 
 def _kept_samples(

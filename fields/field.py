@@ -49,6 +49,7 @@ class Directional(Protocol):
 
 
 FIELD_FILES = ("field.pt", "field.npz")
+FARTHEST_M = 1e5
 
 
 def load_field(path: str | Path) -> Field:
@@ -66,6 +67,11 @@ def load_field(path: str | Path) -> Field:
     MissingPartError
         If the field is neural and torch is not installed.
     """
+    if not isinstance(path, str | Path):
+        raise TrainingError(
+            f"a field is opened from the path of a file or run folder, not from "
+            f"{type(path).__name__}"
+        )
     file = _field_file(Path(path))
     try:
         name = _model_name(file)
@@ -111,17 +117,31 @@ def paired_queries(
     Raises
     ------
     TrainingError
-        If both sides hold several poses and their numbers differ.
+        If both sides hold several poses and their numbers differ, or a place is
+        farther off than any room reaches.
+    SignalError
+        If a side holds no poses, but text, NaN or another shape.
     """
     ends = Poses.of(emitters), Poses.of(listeners)
+    for name, end in zip(("emitter", "listener"), ends, strict=True):
+        _check_near(name, end)
     sizes = len(ends[0]), len(ends[1])
-    if sizes[0] != sizes[1] and 1 not in sizes:
+    if sizes[0] != sizes[1] and (1 not in sizes or 0 in sizes):
         raise TrainingError(
             f"{sizes[0]} emitters against {sizes[1]} listeners: give as many of "
             "one as of the other, or a single pose on one side"
         )
     first, second = (_repeated(end, max(sizes)) for end in ends)
     return first, second
+
+
+def _check_near(name: str, poses: Poses) -> None:
+    farthest = np.abs(poses.positions).max(initial=0.0)
+    if farthest > FARTHEST_M:
+        raise TrainingError(
+            f"{name} at {farthest:g} m: fields answer within {FARTHEST_M:g} m of "
+            "the origin"
+        )
 
 
 def _repeated(poses: Poses, count: int) -> Poses:

@@ -5,11 +5,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from rir.errors import ConfigError
 
 __all__ = ["Progress", "TrainingPlan"]
 
 POSITIVE = ("steps", "epochs", "budget_s", "batch_size", "learning_rate")
+WHOLE = ("steps", "batch_size")
+LARGEST_SEED = 2**32 - 1
 CHOICES = {
     "exchange": ("none", "flip", "double"),
     "exchange_mode": ("pose", "position"),
@@ -83,10 +87,37 @@ class TrainingPlan:
             value = getattr(self, name)
             if value not in known:
                 raise ConfigError(f"no {name} {value!r}; known: {', '.join(known)}")
-        if self.seed < 0:
-            raise ConfigError(f"seed is {self.seed}; it must not be negative")
+        if not _whole(self.seed) or not 0 <= self.seed <= LARGEST_SEED:
+            raise ConfigError(
+                f"seed is {self.seed!r}; it must be a whole number, not negative "
+                "and below 2**32"
+            )
         for name in POSITIVE:
-            value = getattr(self, name)
-            # A comparison with NaN is false, so that NaN is refused as well.
-            if value is not None and not value > 0:
-                raise ConfigError(f"{name} is {value:g}; it must be positive")
+            _check_positive(name, getattr(self, name))
+        if self.out is not None and not isinstance(self.out, Path):
+            object.__setattr__(self, "out", _folder(self.out))
+
+
+def _whole(value: Any) -> bool:
+    return isinstance(value, int | np.integer) and not isinstance(value, bool)
+
+
+def _check_positive(name: str, value: Any) -> None:
+    if value is None:
+        return
+    number = isinstance(value, int | float | np.number) and not isinstance(value, bool)
+    if not number or (name in WHOLE and not _whole(value)):
+        kind = "whole number" if name in WHOLE else "number"
+        raise ConfigError(f"{name} is {value!r}; it must be a positive {kind}")
+    # A comparison with NaN is false, so that NaN is refused as well.
+    if not value > 0:
+        raise ConfigError(f"{name} is {value:g}; it must be positive")
+
+
+def _folder(value: Any) -> Path:
+    try:
+        return Path(value)
+    except TypeError as error:
+        raise ConfigError(
+            f"out is {value!r}; it must be the path of a folder"
+        ) from error

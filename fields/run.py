@@ -1,43 +1,23 @@
 """Train one field from a data set: the library's front door."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import fields as dataclass_fields
-from dataclasses import replace
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from fields.data import FieldData, prepare
+from fields.data import FieldData, check_dataset, prepare
 from fields.field import Field
 from fields.plan import Progress, TrainingPlan
+from fields.settings import exchange_form, model_config, self_supervised_form
 from fields.table import FIELDS
 from rir import Dataset
-from rir.errors import ConfigError, DatasetError, TrainingError
+from rir.errors import DatasetError, TrainingError
 
-__all__ = ["exchange_form", "model_config", "train", "train_on"]
+__all__ = ["train", "train_on"]
 
 STEPS = 2000
-SELF_SUPERVISED = ("none", "pattern", "teacher", "paper", "contrastive")
 UNLIMITED_STEPS = 10_000_000
-COUNTS = frozenset(
-    [
-        "bounce_points",
-        "channels",
-        "depth",
-        "directions",
-        "feature_width",
-        "grid_features",
-        "neighbours",
-        "rays",
-        "shells",
-        "source_taps",
-        "view_columns",
-        "view_rows",
-        "width",
-    ]
-)
 
 
 def train(
@@ -108,7 +88,10 @@ def train(
     MissingPartError
         If the model needs torch and torch is not installed.
     ConfigError
-        If ``config`` names something the model does not have.
+        If ``config`` names something the model does not have, or a value is no
+        sensible one.
+    DatasetError
+        If ``dataset`` is none, or ``rows`` are not rows of it.
 
     Examples
     --------
@@ -129,13 +112,14 @@ def train(
         steps=limited if steps is None else steps,
         budget_s=budget_s,
         exchange=exchange_form(exchange),
-        self_supervised=_self_supervised_form(self_supervised),
+        self_supervised=self_supervised_form(self_supervised),
         seed=seed,
         device=device,
         out=out,
         resume=resume,
         on_progress=on_progress,
     )
+    check_dataset(dataset)
     if rows is not None:
         rows = _checked_rows(rows, len(dataset))
     data = prepare(
@@ -152,6 +136,13 @@ def train(
 
 def _checked_rows(rows: np.ndarray, count: int) -> np.ndarray:
     index = np.asarray(rows)
+    if index.dtype == bool and index.shape == (count,):
+        index = np.flatnonzero(index)
+    if index.ndim != 1 or (index.size and index.dtype.kind not in "iu"):
+        raise DatasetError(
+            f"rows are numbers of responses, 0 to {count - 1}, or a mask of "
+            f"{count}; not {index.dtype} of shape {index.shape}"
+        )
     if not len(index) or index.min() < 0 or index.max() >= count:
         raise DatasetError(
             f"rows name {len(index)} responses, and must name some of 0 to {count - 1}"
@@ -174,83 +165,3 @@ def train_on(
         )
     chosen = model_config(model, config or {}, preset)
     return FIELDS[model].load_module().fit(data, chosen, plan)
-
-
-def model_config(model: str, values: Mapping[str, Any], preset: str = "cpu") -> Any:
-    """Build a model's configuration from a preset and the values that differ.
-
-    Raises
-    ------
-    ConfigError
-        If the preset or a name is unknown, with the nearest one.
-    """
-    presets = FIELDS[model].load_module().PRESETS
-    if preset not in presets:
-        raise ConfigError(
-            f"{model} has no preset {preset!r}; known: {', '.join(presets)}"
-        )
-    start = presets[preset]
-    known = {one.name for one in dataclass_fields(start)}
-    mistakes = [
-        f"{name}: {model} has no such setting{_hint(name, known)}"
-        for name in values
-        if name not in known
-    ]
-    if mistakes:
-        raise ConfigError("\n".join(mistakes))
-    plain = {
-        name: tuple(value) if isinstance(value, list) else value
-        for name, value in values.items()
-    }
-    mistakes = [
-        f"{name}: {problem}"
-        for name, value in plain.items()
-        if (problem := _unfit(name, value, getattr(start, name)))
-    ]
-    if mistakes:
-        raise ConfigError("\n".join(mistakes))
-    return replace(start, **plain)
-
-
-def _unfit(name: str, value: Any, default: Any) -> str:
-    """Say why a value cannot stand where ``default`` stands."""
-    kinds = (int, float) if isinstance(default, float) else (type(default),)
-    # True is an int to Python, but no number to a person.
-    switched = isinstance(value, bool) and not isinstance(default, bool)
-    if switched or not isinstance(value, kinds):
-        return f"{value!r} is not {type(default).__name__}, as {default!r} is"
-    if isinstance(value, int | float):
-        least = 1 if name in COUNTS else 0
-        if not value >= least:
-            return f"{value!r} is below {least}"
-    return ""
-
-
-def _hint(name: str, known: set[str]) -> str:
-    near = get_close_matches(name, known, n=1)
-    return f" (did you mean {near[0]!r}?)" if near else f"; known: {sorted(known)}"
-
-
-def exchange_form(exchange: bool | str) -> str:
-    """Return none, flip or double.
-
-    Raises
-    ------
-    ConfigError
-        If the form is unknown.
-    """
-    if isinstance(exchange, bool):
-        return "double" if exchange else "none"
-    if exchange in ("none", "flip", "double"):
-        return exchange
-    raise ConfigError(f"no exchange {exchange!r}; known: none, flip, double")
-
-
-def _self_supervised_form(form: bool | str) -> str:
-    if isinstance(form, bool):
-        return "pattern" if form else "none"
-    if form in SELF_SUPERVISED:
-        return form
-    raise ConfigError(
-        f"no self-supervised form {form!r}; known: {', '.join(SELF_SUPERVISED)}"
-    )

@@ -57,8 +57,15 @@ class Dataset:
         Raises
         ------
         DatasetError
-            If a file is missing, broken, newer than this program, or unfit.
+            If a file is missing, broken, newer than this program, or unfit, or
+            something else than a path is given.
         """
+        for path in paths:
+            if not isinstance(path, str | Path):
+                raise DatasetError(
+                    f"a data set is opened from paths, not from {type(path).__name__}; "
+                    "arrays become one with Dataset.from_arrays"
+                )
         return Dataset([FilePart(path) for path in paths])
 
     @staticmethod

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rir.errors import SignalError
+from rir.numbers import read_array, read_number
 
 __all__ = ["Pose", "Poses", "rotate"]
 
@@ -46,11 +47,14 @@ def _turned(yaw_deg: float, pitch_deg: float) -> tuple[float, float, float, floa
 
 
 def _checked(values: ArrayLike, shape: tuple[int, ...], what: str) -> FloatArray:
-    array = np.array(values, dtype=float)
+    array = read_array(values, what, f"give numbers of shape {shape}")
     if array.shape != shape:
         raise SignalError(f"{what} needs shape {shape}, not {array.shape}")
-    if not np.isfinite(array).all():
-        raise SignalError(f"{what} must be finite, not {array.tolist()}")
+    wrong = ~np.isfinite(array)
+    if wrong.any():
+        row = array[np.argmax(wrong.reshape(len(array), -1).any(axis=1))]
+        count = f"; {wrong.sum()} numbers are not" if wrong.sum() > 1 else ""
+        raise SignalError(f"{what} must be finite, not {row.tolist()}{count}")
     array.setflags(write=False)
     return array
 
@@ -62,6 +66,14 @@ def _unit(quaternion: FloatArray) -> FloatArray:
             f"orientation must be a unit quaternion; its norm is {norm.ravel()[0]:.4f}"
         )
     return quaternion / norm
+
+
+def _rows(values: ArrayLike, width: int, what: str) -> FloatArray:
+    """Return numbers as rows of a width; a single row may be flat."""
+    array = read_array(values, what, f"give rows of {width} numbers")
+    if array.size and (array.ndim not in (1, 2) or array.shape[-1] != width):
+        raise SignalError(f"{what} need shape (N, {width}), not {array.shape}")
+    return array.reshape(-1, width)
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +108,9 @@ class Pose:
         x: float, y: float, z: float, yaw_deg: float = 0.0, pitch_deg: float = 0.0
     ) -> "Pose":
         """Return a pose from coordinates [m] and yaw and pitch [°]."""
-        return Pose(np.array([x, y, z]), np.array(_turned(yaw_deg, pitch_deg)))
+        position = [read_number(v, "a coordinate [m]") for v in (x, y, z)]
+        yaw, pitch = (read_number(v, "an angle [°]") for v in (yaw_deg, pitch_deg))
+        return Pose(np.array(position), np.array(_turned(yaw, pitch)))
 
     @staticmethod
     def facing(position: ArrayLike, target: ArrayLike) -> "Pose":
@@ -104,11 +118,12 @@ class Pose:
 
         A target straight above or below keeps the yaw at zero.
         """
-        x, y, z = np.asarray(target, dtype=float) - np.asarray(position, dtype=float)
+        ends = _checked(position, (3,), "position"), _checked(target, (3,), "target")
+        x, y, z = ends[1] - ends[0]
         level = float(np.hypot(x, y))
         yaw = np.degrees(np.arctan2(y, x)) if level > 0 else 0.0
         pitch = np.degrees(np.arctan2(z, level))
-        return Pose(np.asarray(position), np.array(_turned(yaw, pitch)))
+        return Pose(ends[0], np.array(_turned(float(yaw), float(pitch))))
 
     @property
     def forward(self) -> FloatArray:
@@ -159,13 +174,13 @@ class Poses:
     orientations: FloatArray = field(default_factory=lambda: np.empty((0, 4)))
 
     def __post_init__(self) -> None:
-        count = len(np.atleast_2d(np.asarray(self.positions, dtype=float)))
-        positions = np.array(self.positions, dtype=float).reshape(-1, 3)
-        orientations = np.array(self.orientations, dtype=float).reshape(-1, 4)
+        positions = _rows(self.positions, 3, "positions")
+        orientations = _rows(self.orientations, 4, "orientations")
         if not len(orientations):
             orientations = np.tile(np.array(_IDENTITY), (len(positions), 1))
-        _checked(positions, (len(positions), 3), f"positions of {count} poses")
-        _checked(orientations, (len(positions), 4), "orientations")
+        if len(positions):
+            _checked(positions, (len(positions), 3), f"{len(positions)} positions")
+            _checked(orientations, (len(positions), 4), "orientations")
         object.__setattr__(self, "positions", positions)
         object.__setattr__(self, "orientations", _unit(orientations))
 
@@ -174,20 +189,32 @@ class Poses:
         """Return poses from a Pose, a sequence of them, an array, or Poses.
 
         Arrays have shape (3,), (N, 3), or (N, 7): position, then quaternion.
+
+        Raises
+        ------
+        SignalError
+            If they are no finite numbers of such a shape.
         """
         if isinstance(things, Poses):
             return things
         if isinstance(things, Pose):
             things = [things]
         if isinstance(things, Sequence) and things and isinstance(things[0], Pose):
+            if not all(isinstance(pose, Pose) for pose in things):
+                raise SignalError(
+                    "poses and numbers cannot be mixed; give one or the other"
+                )
             positions = np.array([pose.position for pose in things])
             return Poses(positions, np.array([pose.orientation for pose in things]))
-        array = np.asarray(things, dtype=float)
+        hint = "give Pose, Poses or numbers of shape (N, 3) or (N, 7)"
+        array = read_array(things, "poses", hint)
         array = array.reshape(1, -1) if array.ndim == 1 and array.size else array
         if array.size == 0:
             return Poses(np.empty((0, 3)))
         if array.ndim != 2 or array.shape[1] not in (3, 7):
-            raise SignalError(f"poses need shape (N, 3) or (N, 7), not {array.shape}")
+            raise SignalError(
+                f"poses need shape (3,), (N, 3) or (N, 7), not {array.shape}"
+            )
         return Poses(array[:, :3], array[:, 3:])
 
     @property

@@ -53,7 +53,7 @@ class Registry(Mapping[str, T], Generic[T]):
         return enter
 
     def __getitem__(self, name: str) -> T:
-        if name in self._things:
+        if isinstance(name, str) and name in self._things:
             return self._things[name]
         near = get_close_matches(str(name), self._things, n=1)
         hint = f" (did you mean {near[0]!r}?)" if near else ""

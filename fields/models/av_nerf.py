@@ -9,6 +9,7 @@ photographs may stand in their place.
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 import torch
 from torch import Tensor, nn
@@ -46,7 +47,7 @@ class Config:
     "also look from the emitter, which the original does not"
     view_noise: float = 0.1
     "noise on the view features in training"
-    features: str = "learned"
+    features: Literal["learned", "resnet18"] = "learned"
     "of the views: learned, or resnet18 (frozen, torchvision's weights; original)"
     weights: str = ""
     "file of those weights; looked for in torch's cache when empty"

@@ -7,6 +7,7 @@ is linear, so features are summed first and the waveform is made once per shell
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import torch
@@ -60,9 +61,9 @@ class Config:
     "radius of the last shell, metres; 0 takes the scene's diagonal"
     proposals: int = 0
     "shells of a ray evaluated in training, drawn by their weight; 0: all"
-    density: str = "grid"
+    density: Literal["grid", "network"] = "grid"
     "where opacity comes from: grid (cheap) or network (paper)"
-    head: str = "shell"
+    head: Literal["shell", "bank"] = "shell"
     "signal of a point: bank (responses at the total delay) or shell (paper)"
     width: int = 256
     "width of the signal network (paper: 512)"
@@ -74,7 +75,7 @@ class Config:
     "frequencies of the position encoding (paper: a hash grid)"
     hash_levels: int = 0
     "levels of a hash grid in place of sinusoids (paper: 20)"
-    emission: str = "pattern"
+    emission: Literal["local", "pattern", "absolute", "absolute-pattern"] = "pattern"
     "what points know of the emitter: local, pattern, absolute, absolute-pattern"
     # local: bearing in its frame; absolute: place and axes, as in the paper;
     # pattern: offset, or absolute place, and the known gain as a factor.
