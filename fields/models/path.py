@@ -17,6 +17,7 @@ from fields.field import paired_queries
 from fields.frame import SceneFrame
 from fields.path.acoustics import Acoustics, hear_room
 from fields.path.fitset import FitSet
+from fields.path.polyhedron import Polyhedron
 from fields.plan import TrainingPlan
 from rir import GainPattern, Pose, Poses
 
@@ -33,6 +34,8 @@ class Config:
     "longest path, seconds; beyond it the late field speaks alone"
     late: bool = True
     "complete the paths with a late field"
+    geometry: str = "auto"
+    "auto: the room's mesh where it is known; blind; or a mesh, room file or scene"
 
 
 PRESETS = {"cpu": Config()}
@@ -96,12 +99,37 @@ def fit(data: FieldData, config: Config, plan: TrainingPlan) -> PathField:
     is reciprocal by construction and is fitted, not trained.
     """
     del plan
+    sizes = asdict(config)
+    shape = drawn_shape(sizes.pop("geometry"), data.frame)
     acoustics = hear_room(
         FitSet.of(data),
-        **asdict(config),
+        **sizes,
         listening=data.frame.listener_gain,
+        shape=shape,
     )
     return PathField(acoustics, data.frame, config)
+
+
+def drawn_shape(geometry: str, frame: SceneFrame) -> Polyhedron | None:
+    """Return the room as drawn, None where it is to be found blind.
+
+    Parameters
+    ----------
+    geometry : str
+        "auto" takes the mesh the data set knows; "blind" takes none; anything
+        else names a mesh, a room file or a built-in scene.
+    frame : SceneFrame
+        What the data set knows.
+    """
+    if geometry == "blind":
+        return None
+    if geometry == "auto":
+        known = frame.shape
+        return None if known is None else Polyhedron.of_triangles(known.triangles)
+    from rooms.builtin import load_scene
+
+    scene = load_scene(geometry)
+    return Polyhedron.of_scene(scene)
 
 
 def load(path: Path) -> PathField:

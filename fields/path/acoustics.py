@@ -13,6 +13,8 @@ from fields.path.completion import Completion
 from fields.path.direct import read_direct
 from fields.path.fallback import NearestRows
 from fields.path.fitset import FitSet
+from fields.path.polyhedral import FittedMesh, fit_drawn, mesh_alarms
+from fields.path.polyhedron import Polyhedron
 from fields.path.room import MOST_IMAGES, BoxRoom
 from fields.path.scan import scan_planes, scan_signals
 from fields.path.shoebox import FittedRoom, fit_shoebox, likeliest
@@ -39,8 +41,8 @@ class Acoustics:
 
     Parameters
     ----------
-    fitted : FittedRoom or None
-        The room, None when no geometry explains the rows.
+    fitted : FittedRoom, FittedMesh or None
+        The room, a box or one of flat faces; None when no geometry explains the rows.
     rows : NearestRows or None
         Held only where there is no room.
     completion : Completion or None
@@ -51,7 +53,7 @@ class Acoustics:
         What a person should know.
     """
 
-    fitted: FittedRoom | None
+    fitted: FittedRoom | FittedMesh | None
     rows: NearestRows | None
     completion: Completion | None
     unexplained: float
@@ -82,6 +84,8 @@ class Acoustics:
         told = {"alarms": list(self.alarms), "unexplained": float(self.unexplained)}
         if self.fitted is None:
             return told | {"walls": 0}
+        if isinstance(self.fitted, FittedMesh):
+            return told | self.fitted.report()
         room = self.fitted.room
         return told | {
             "walls": int(room.box.heard.sum()),
@@ -97,7 +101,9 @@ class Acoustics:
             "unexplained": np.array(self.unexplained),
             "told": np.array(self.alarms, dtype=str),
         }
-        if self.fitted is not None:
+        if isinstance(self.fitted, FittedMesh):
+            arrays |= _prefixed("mesh", self.fitted.as_arrays())
+        elif self.fitted is not None:
             arrays |= _prefixed("room", _room_arrays(self.fitted))
         if self.rows is not None:
             arrays |= _prefixed("rows", vars(self.rows))
@@ -114,8 +120,10 @@ class Acoustics:
         if rows:
             rows["samples_a_metre"] = float(rows["samples_a_metre"])  # type: ignore
             nearest = NearestRows(**rows)  # type: ignore
+        mesh = _part(arrays, "mesh")
+        fitted = _room_from(room) if room else None
         return cls(
-            _room_from(room) if room else None,
+            FittedMesh.from_arrays(mesh) if mesh else fitted,
             nearest,
             Completion.from_arrays(late) if late else None,
             float(arrays["unexplained"]),
@@ -174,6 +182,7 @@ def hear_room(
     reach_s: float = 0.12,
     late: bool = True,
     listening: GainPattern | None = None,
+    shape: Polyhedron | None = None,
 ) -> Acoustics:
     """Find the room in the rows, fit it and complete it.
 
@@ -189,8 +198,10 @@ def hear_room(
         Complete the paths with a late field.
     listening : GainPattern, optional
         Known pattern of the listener; omnidirectional when left out.
+    shape : Polyhedron, optional
+        The room as drawn, to some centimetres; looked for blind when left out.
     """
-    fitted, alarms = _fitted(rows, scan_rows, reach_s, listening)
+    fitted, alarms = _fitted(rows, scan_rows, reach_s, listening, shape)
     if fitted is None:
         return _without_room(rows, alarms)
     judged = rows.spread(COMPLETED_ROWS)
@@ -200,7 +211,7 @@ def hear_room(
     # where geometry says nothing it must not be believed
     if unexplained > 1.0 - 0.1 * (1 - POOR):
         alarms.append(
-            f"the {int(fitted.room.box.heard.sum())} planes found explain nothing of "
+            f"the {fitted.n_walls} planes found explain nothing of "
             "the waveforms; the nearest response is answered instead"
         )
         return _without_room(rows, alarms)
@@ -220,8 +231,12 @@ def hear_room(
 
 
 def _fitted(
-    rows: FitSet, scan_rows: int, reach_s: float, listening: GainPattern | None
-) -> tuple[FittedRoom | None, list[str]]:
+    rows: FitSet,
+    scan_rows: int,
+    reach_s: float,
+    listening: GainPattern | None,
+    shape: Polyhedron | None,
+) -> tuple[FittedRoom | FittedMesh | None, list[str]]:
     if len(rows) < LEAST_ROWS or rows.n_samples < LEAST_SAMPLES:
         return None, [
             f"{len(rows)} responses of {rows.n_samples} samples are too few to look "
@@ -239,17 +254,24 @@ def _fitted(
             "no direct sound stands where the poses say; check poses, their units "
             "and the latency: no walls are looked for"
         ]
+    alarms = []
+    if shape is not None:
+        drawn, alarms = fit_drawn(rows, direct, shape, reach_s, listening)
+        if drawn is not None:
+            return drawn, alarms
     signals = scan_signals(rows.spread(scan_rows), direct)
     boxes = assemble_boxes(signals, scan_planes(signals))
     boxes = [box for box in boxes if box.heard.sum() >= LEAST_WALLS]
     if not boxes:
-        return None, ["no walls were found: nothing reflects as a plane would"]
+        alarms.append("no walls were found: nothing reflects as a plane would")
+        return None, alarms
     try:
         box = likeliest(rows, direct, boxes)
         fitted = fit_shoebox(rows, direct, box, _longest(rows, box, reach_s), listening)
     except np.linalg.LinAlgError:
-        return None, ["the fit of the walls found did not come to an end"]
-    return fitted, []
+        alarms.append("the fit of the walls found did not come to an end")
+        return None, alarms
+    return fitted, alarms
 
 
 def _longest(rows: FitSet, box: Box, reach_s: float) -> float:
@@ -263,7 +285,9 @@ def _without_room(rows: FitSet, alarms: list[str]) -> Acoustics:
     return Acoustics(None, NearestRows.of(rows), None, 1.0, alarms)
 
 
-def _room_alarms(fitted: FittedRoom, unexplained: float) -> list[str]:
+def _room_alarms(fitted: FittedRoom | FittedMesh, unexplained: float) -> list[str]:
+    if isinstance(fitted, FittedMesh):
+        return mesh_alarms(fitted, unexplained)
     alarms = []
     heard = fitted.room.box.heard
     if not heard.all():

@@ -117,10 +117,7 @@ def _trust(errors: FloatArray, power: FloatArray) -> FloatArray:
 
 def _active(room: MeshRoom, step: MeshStep) -> BoolArray:
     count = len(room.walls)
-    if room.paths is None:
-        met = np.zeros(count)
-    else:
-        met = room.paths.met(count)
+    met = np.zeros(count) if room.paths is None else room.paths.met(count)
     active = np.zeros(AIR + 4 * count + len(room.emitting), dtype=bool)
     active[:AIR] = step.planes
     active[AIR : AIR + 3 * count] = step.planes & (met >= LEAST_MET).repeat(3)

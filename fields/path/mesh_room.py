@@ -100,13 +100,9 @@ class MeshRoom:
         """Return the paths of rows that arrive within so many samples."""
         end = n_samples / self.scale - self.latency_s * self.speed_of_sound
         reach = min(self.reach_m, end + self.bank.lead / self.scale)
-        return list_paths(
-            self.shape, emitters, listeners, self.order, max(reach, 0.1)
-        )
+        return list_paths(self.shape, emitters, listeners, self.order, max(reach, 0.1))
 
-    def holding(
-        self, emitters: Poses, listeners: Poses, n_samples: int
-    ) -> "MeshRoom":
+    def holding(self, emitters: Poses, listeners: Poses, n_samples: int) -> "MeshRoom":
         """Return the room with the paths of these rows kept."""
         paths = self.listed(emitters.positions, listeners.positions, n_samples)
         return replace(self, paths=paths)

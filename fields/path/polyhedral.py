@@ -18,7 +18,7 @@ from fields.path.room import OMNI
 from fields.path.shoebox import _below, _pattern_size
 from rir import GainPattern, Poses
 
-__all__ = ["FittedMesh", "fit_polyhedron"]
+__all__ = ["FittedMesh", "fit_drawn", "fit_polyhedron", "mesh_alarms"]
 
 FloatArray = NDArray[np.float64]
 STAGES = (
@@ -31,6 +31,10 @@ FIRST_FACTOR = 0.8
 MOST_ORDER = 16
 ROUNDS = 2
 BANK_S = (0.003, 0.005)
+JUDGED_ROWS = 40
+WRONG, DOUBTFUL = 1.0, 0.85
+WIDE_M = 0.02
+MOST_FACES = 4000
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +60,11 @@ class FittedMesh:
         """Return all paths' sound, shape (rows, n_samples)."""
         plain = self.room.render(emitters, listeners, n_samples)
         return plain + self.coloring.added(plain)
+
+    @property
+    def n_walls(self) -> int:
+        """Number of planes."""
+        return len(self.room.walls)
 
     @property
     def speed_of_sound(self) -> float:
@@ -157,6 +166,62 @@ def fit_polyhedron(
             room = _holding(few, fitted.room)
             fitted = fit_planes(few, room, whole, rest)
     return FittedMesh(fitted.room.free(), coloring, fitted.plane_sd())
+
+
+def fit_drawn(
+    rows: FitSet,
+    direct: DirectSound,
+    shape: Polyhedron,
+    reach_s: float,
+    listening: GainPattern | None = None,
+) -> tuple[FittedMesh | None, list[str]]:
+    """Fit a room as it was drawn; None, and why, if it is not where rows are from."""
+    said = "; walls are looked for in the responses instead"
+    if len(shape.faces) > MOST_FACES:
+        return None, [
+            f"the room's mesh has {len(shape.faces)} triangles, more than "
+            f"{MOST_FACES}: give a simpler one{said}"
+        ]
+    ends = np.concatenate([rows.emitters.positions, rows.listeners.positions])
+    outside = shape.mesh.outside(ends)
+    if outside.mean() > 0.1:
+        return None, [
+            f"{100 * outside.mean():.0f} % of the poses stand outside the room as "
+            f"drawn: their coordinates differ{said}"
+        ]
+    try:
+        fitted = fit_polyhedron(
+            rows, direct, shape, reach_s * rows.speed_of_sound, listening
+        )
+    except np.linalg.LinAlgError:
+        return None, [f"the fit of the room as drawn did not come to an end{said}"]
+    few = rows.spread(JUDGED_ROWS)
+    told = fitted.predict(few.emitters, few.listeners, few.n_samples)
+    left = float(((few.responses - told) ** 2).sum() / (few.responses**2).sum())
+    if not left < WRONG:
+        return None, [f"the room as drawn explains nothing of the responses{said}"]
+    return fitted, []
+
+
+def mesh_alarms(fitted: FittedMesh, unexplained: float) -> list[str]:
+    """Return what a person should know of a room of flat faces."""
+    alarms = []
+    if unexplained > DOUBTFUL:
+        alarms.append(
+            f"paths explain only {100 * (1 - unexplained):.0f} % of the energy: the "
+            "room has other walls than these, or the poses are off"
+        )
+    unheard = int(np.isnan(fitted.plane_sd).sum())
+    if unheard:
+        alarms.append(
+            f"{unheard} of {fitted.n_walls} planes are met by too few paths to be "
+            "checked; they stand as drawn"
+        )
+    for wall in np.flatnonzero(fitted.plane_sd > WIDE_M):
+        alarms.append(
+            f"plane {wall + 1} is known to {1000 * fitted.plane_sd[wall]:.0f} mm only"
+        )
+    return alarms
 
 
 def staged(rows: FitSet, room: MeshRoom, step: MeshStep) -> PlaneFit:

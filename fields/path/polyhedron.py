@@ -2,12 +2,14 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
+    from rooms import Scene
     from rooms.mesh import MeshGeometry
 
 __all__ = ["Polyhedron"]
@@ -51,6 +53,16 @@ class Polyhedron:
         )
 
     @classmethod
+    def of_scene(cls, scene: "Scene") -> "Polyhedron":
+        """Take over the shape of a scene, a box or a mesh."""
+        from rooms.mesh import MeshGeometry
+
+        shape = scene.geometry
+        if not isinstance(shape, MeshGeometry):
+            shape = MeshGeometry.box(shape.size)
+        return cls.of_mesh(shape)
+
+    @classmethod
     def of_triangles(cls, triangles: FloatArray) -> "Polyhedron":
         """Take over loose triangles, shape (F, 3, 3), turned into the air."""
         from rooms.mesh import MeshGeometry
@@ -71,7 +83,7 @@ class Polyhedron:
         """Area of the faces in each plane, shape (P,), square metres."""
         a, b, c = np.moveaxis(self.vertices[self.faces], 1, 0)
         size = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
-        return np.bincount(self.plane_of, size, minlength=len(self.planes))
+        return _summed(self.plane_of, size, len(self.planes))
 
     def moved(self, planes: FloatArray) -> "Polyhedron":
         """Return the room with other planes; every corner follows its own.
@@ -94,13 +106,15 @@ class Polyhedron:
             np.column_stack([self.faces.ravel(), self.plane_of.repeat(3)]), axis=0
         )
         cuts = np.searchsorted(pairs[:, 0], np.arange(len(self.vertices) + 1))
-        return [pairs[a:b, 1] for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
+        return [pairs[a:b, 1] for a, b in pairwise(cuts)]
 
 
 def _areas_of(mesh: "MeshGeometry") -> FloatArray:
-    return np.bincount(
-        mesh.panels.of_face, mesh.face_areas, minlength=len(mesh.panels)
-    )
+    return _summed(mesh.panels.of_face, mesh.face_areas, len(mesh.panels))
+
+
+def _summed(number: IntArray, values: FloatArray, count: int) -> FloatArray:
+    return np.bincount(number, values, minlength=count).astype(np.float64)
 
 
 def _merged(

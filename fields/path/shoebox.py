@@ -51,6 +51,11 @@ class FittedRoom:
         """Metres per second, fitted."""
         return self.room.speed_of_sound
 
+    @property
+    def n_walls(self) -> int:
+        """Number of walls that were heard."""
+        return int(self.room.box.heard.sum())
+
     def wall_sd(self) -> FloatArray:
         """Return the standard deviation of each wall's place, shape (6,), metres."""
         spread = np.full(9, np.nan)
