@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rir.errors import SignalError
+from rir.numbers import read_number
 
 __all__ = ["ImpulseResponse", "as_samples", "check_sample_rate"]
 
@@ -21,7 +22,7 @@ def check_sample_rate(sample_rate: float) -> int:
     SignalError
         If it is not one.
     """
-    rate = float(sample_rate)
+    rate = read_number(sample_rate, "sample rate [Hz]")
     if not np.isfinite(rate) or rate <= 0 or rate != round(rate):
         raise SignalError(f"sample rate must be a positive whole Hz, not {sample_rate}")
     return int(rate)

@@ -50,3 +50,42 @@ def test_bad_poses_are_refused_with_their_numbers() -> None:
         Pose(np.array([0, np.nan, 0]))
     with pytest.raises(SignalError, match=r"\(N, 3\) or \(N, 7\), not \(1, 5\)"):
         Poses.of(np.zeros(5))
+
+
+@pytest.mark.parametrize(
+    ("things", "told"),
+    [
+        ("abc", "not str 'abc'; give Pose"),
+        ([[1, 2, "x"]], "not list"),
+        ([[1, 2, 3], [1, 2]], "not list"),
+        (np.ones(3) * 1j, "not complex"),
+        ({"x": 1}, "not dict"),
+        (object(), "not object"),
+        ([1, 10**400, 3], "not list"),
+        ([[1, None, 3]], "finite"),
+        (None, r"shape \(3,\)"),
+        (5.0, r"shape \(3,\)"),
+        ([Pose.at(1, 1, 1), 3], "mixed"),
+    ],
+)
+def test_what_are_no_poses_is_told_with_what_is(things: object, told: str) -> None:
+    with pytest.raises(SignalError, match=told):
+        Poses.of(things)
+
+
+@pytest.mark.parametrize("number", ["1", None, np.nan, 1j, [1, 2], 10**400])
+def test_a_coordinate_or_an_angle_that_is_no_number_is_told(number: object) -> None:
+    with pytest.raises(SignalError, match=r"a coordinate \[m\]"):
+        Pose.at(0, number, 0)  # pyright: ignore[reportArgumentType]
+    with pytest.raises(SignalError, match="an angle"):
+        Pose.at(0, 0, 0, yaw_deg=number)  # pyright: ignore[reportArgumentType]
+    with pytest.raises(SignalError, match="target"):
+        Pose.facing([0, 0, 0], number)  # pyright: ignore[reportArgumentType]
+
+
+def test_many_wrong_coordinates_are_told_by_the_first() -> None:
+    places = np.zeros((1000, 3))
+    places[500:, 1] = np.nan
+    with pytest.raises(SignalError, match="500 numbers") as told:
+        Poses.of(places)
+    assert len(str(told.value)) < 120
