@@ -1,0 +1,116 @@
+"""Stored responses, interpolated after their direct sounds are laid on each other.
+
+A field answers a place it has no row of by a mean of the nearest rows, in both orders
+of the ends. Before it is taken, each row is moved to the arrival of the wanted direct
+sound and raised to its level, so that direct sounds add up and do not comb.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fields.path.fitset import FitSet
+from rir import Poses
+
+__all__ = ["AlignedRows"]
+
+FloatArray = NDArray[np.float64]
+NEIGHBOURS = 6
+NEAREST_M = 0.1
+SAME_M = 0.02
+CHUNK = 32
+FAR = 1e9
+
+
+@dataclass(frozen=True, eq=False)
+class AlignedRows:
+    """Hold rows to interpolate between.
+
+    Parameters
+    ----------
+    responses : ndarray, shape (rows, n)
+        Stored responses, float32.
+    emitters, listeners : ndarray, shape (rows, 3)
+        Their ends.
+    places : ndarray, shape (rows,)
+        Number of each row's emitter place.
+    samples_a_metre : float
+        Sample rate over speed of sound.
+    """
+
+    responses: NDArray[np.float32]
+    emitters: FloatArray
+    listeners: FloatArray
+    places: NDArray[np.int64]
+    samples_a_metre: float
+
+    @classmethod
+    def of(cls, rows: FitSet) -> "AlignedRows":
+        """Keep the rows of a set."""
+        return cls(
+            rows.responses.astype(np.float32),
+            rows.emitters.positions,
+            rows.listeners.positions,
+            rows.places,
+            rows.sample_rate / rows.speed_of_sound,
+        )
+
+    def predict(self, emitters: Poses, listeners: Poses, n_samples: int) -> FloatArray:
+        """Return interpolated responses, shape (queries, n_samples)."""
+        return self._answer(emitters.positions, listeners.positions, None, n_samples)
+
+    def left_out(self, rows: FitSet) -> FloatArray:
+        """Return what rows of this set are told by the other emitters' rows."""
+        ends = rows.emitters.positions, rows.listeners.positions
+        return self._answer(*ends, ends[0], rows.n_samples)
+
+    def _answer(
+        self,
+        first: FloatArray,
+        second: FloatArray,
+        unheard: FloatArray | None,
+        n_samples: int,
+    ) -> FloatArray:
+        out = np.zeros((len(first), n_samples))
+        for start in range(0, len(first), CHUNK):
+            part = slice(start, start + CHUNK)
+            gaps = self._gaps(first[part], second[part])
+            if unheard is not None:
+                away = self.emitters - unheard[part][:, None]
+                gaps = np.where((away**2).sum(-1) < SAME_M**2, FAR, gaps)
+            reach = np.linalg.norm(first[part] - second[part], axis=1)
+            out[part] = self._mixed(gaps, reach, n_samples)
+        return out
+
+    def _gaps(self, first: FloatArray, second: FloatArray) -> FloatArray:
+        """Return squared distances to all rows, the nearer order of the ends."""
+        there = _squares(first, self.emitters) + _squares(second, self.listeners)
+        back = _squares(first, self.listeners) + _squares(second, self.emitters)
+        return np.minimum(there, back)
+
+    def _mixed(self, gaps: FloatArray, reach: FloatArray, n_samples: int) -> FloatArray:
+        from scipy.fft import irfft, next_fast_len, rfft
+
+        count = min(NEIGHBOURS, gaps.shape[1])
+        rows = np.argpartition(gaps, count - 1, axis=1)[:, :count]
+        near = np.take_along_axis(gaps, rows, axis=1)
+        weights = np.where(near < FAR, 1 / (near + SAME_M**2), 0.0)
+        weights /= np.maximum(weights.sum(axis=1, keepdims=True), 1e-300)
+        stored = self._lengths[rows]
+        shift = (reach[:, None] - stored) * self.samples_a_metre
+        level = np.maximum(stored, NEAREST_M) / np.maximum(reach, NEAREST_M)[:, None]
+        size = next_fast_len(2 * self.responses.shape[1], real=True) or 2
+        spectra = np.asarray(rfft(self.responses[rows].astype(np.float64), size))
+        turn = np.exp(-2j * np.pi / size * shift[..., None] * np.arange(size // 2 + 1))
+        joined = np.einsum("qk,qkf->qf", weights * level, spectra * turn)
+        waves = np.asarray(irfft(joined, size))[:, :n_samples]
+        return np.pad(waves, ((0, 0), (0, n_samples - waves.shape[1])))
+
+    @property
+    def _lengths(self) -> FloatArray:
+        return np.linalg.norm(self.emitters - self.listeners, axis=1)
+
+
+def _squares(first: FloatArray, second: FloatArray) -> FloatArray:
+    return ((first[:, None] - second) ** 2).sum(axis=-1)
