@@ -5,10 +5,12 @@ add its own chance to the truth's. Alternating projections between waveforms, fl
 spectrograms of several windows and a flat envelope halve the swing of noise.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+
+from fields.path.tint import colored
 
 __all__ = ["CalmTail", "even_noise"]
 
@@ -36,6 +38,8 @@ class CalmTail:
         Length of a response.
     sample_rate : float
         Hertz.
+    tint : numpy.ndarray
+        Filter that gives the waveform the spectral shape of the room's late sound.
     """
 
     seed: int
@@ -43,6 +47,7 @@ class CalmTail:
     samples_a_metre: float
     n_samples: int
     sample_rate: float
+    tint: np.ndarray = field(default_factory=lambda: np.ones(1))
 
     def __call__(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
         """Return even sound between places, (rows, 3) each: (rows, n_samples)."""
@@ -52,7 +57,8 @@ class CalmTail:
 
     @cached_property
     def _wave(self) -> np.ndarray:
-        return even_noise(self.n_samples, self.sample_rate, seed=self.seed)
+        noise = even_noise(self.n_samples, self.sample_rate, seed=self.seed)
+        return colored(noise, self.tint)
 
 
 def even_noise(n_samples: int, sample_rate: float, *, seed: int) -> np.ndarray:

@@ -21,6 +21,7 @@ from fields.path.regions import (
 )
 from fields.path.tail import Tail
 from fields.path.tiles import Tiles
+from fields.path.tint import tint_filter
 from rir import Poses
 
 __all__ = ["Completion"]
@@ -110,9 +111,18 @@ class Completion:
             return rough
         some = np.arange(0, len(fit_set), -(-len(fit_set) // TRIMMED_ROWS))
         chosen = fit_set.rows(some)
+        rough = rough._tinted(chosen, early[some])
         told = rough.apply(early[some], chosen.emitters, chosen.listeners)
         energies = held.measured[some], tiles.energies(told)
         return replace(rough, gate=gate.trimmed(*energies, apart[some]))
+
+    def _tinted(self, rows: FitSet, early: np.ndarray) -> "Completion":
+        """Return the completion with the rows' spectral shape on its tail."""
+        if not isinstance(self.tail, CalmTail):
+            return self
+        told = self.apply(early, rows.emitters, rows.listeners)
+        taps = tint_filter(rows.responses, told, rows.sample_rate)
+        return replace(self, tail=replace(self.tail, tint=taps))
 
     def apply(self, early: np.ndarray, emitters: Poses, listeners: Poses) -> np.ndarray:
         """Return completed responses, shape (rows, n_samples).
@@ -195,6 +205,7 @@ class Completion:
             "tail_seed": np.array(self.tail.seed),
             "tail_center": self.tail.center,
             "tail_spatial": np.array(isinstance(self.tail, Tail)),
+            "tail_tint": getattr(self.tail, "tint", np.ones(1)),
             "alarms": np.array(self.alarms, dtype=str),
         }
 
@@ -218,6 +229,8 @@ class Completion:
         center, seed = arrays["tail_center"], int(arrays["tail_seed"])
         spatial = bool(arrays["tail_spatial"])
         tail = _tail(spatial, seed, center, tiles, speed)
+        if isinstance(tail, CalmTail):
+            tail = replace(tail, tint=arrays["tail_tint"])
         alarms = [str(one) for one in arrays["alarms"]]
         return cls(tiles, model, gate, tail, alarms)
 
