@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rir.errors import SignalError
 from rir.harmonics import evaluate_harmonics, harmonic_count, harmonic_order
+from rir.numbers import read_array
 
 __all__ = ["GainPattern"]
 
@@ -41,11 +42,14 @@ class GainPattern:
     bands: FloatArray
 
     def __post_init__(self) -> None:
-        bands = np.atleast_1d(np.array(self.bands, dtype=float))
-        coefficients = np.atleast_2d(np.array(self.coefficients, dtype=float))
-        if len(coefficients) != len(bands):
+        bands = np.atleast_1d(read_array(self.bands, "bands of a gain pattern [Hz]"))
+        coefficients = np.atleast_2d(
+            read_array(self.coefficients, "coefficients of a gain pattern")
+        )
+        if coefficients.ndim != 2 or bands.ndim != 1 or len(coefficients) != len(bands):
             raise SignalError(
-                f"gain pattern: {len(coefficients)} rows for {len(bands)} bands"
+                f"gain pattern: coefficients of shape {coefficients.shape} for bands of"
+                f" shape {bands.shape}; give one row per band"
             )
         if not np.isfinite(coefficients).all() or np.any(np.diff(bands) <= 0):
             raise SignalError("gain pattern: finite rows, ascending bands are needed")

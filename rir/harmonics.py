@@ -12,6 +12,8 @@ from math import factorial, pi, sqrt
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rir.errors import SignalError
+
 __all__ = ["evaluate_harmonics", "harmonic_count", "harmonic_order"]
 
 
@@ -25,12 +27,12 @@ def harmonic_order(count: int) -> int:
 
     Raises
     ------
-    ValueError
+    SignalError
         If `count` is not a square.
     """
     order = round(sqrt(count)) - 1
     if harmonic_count(order) != count:
-        raise ValueError(f"{count} coefficients do not fill an order (1, 4, 9, 16, …)")
+        raise SignalError(f"{count} coefficients do not fill an order (1, 4, 9, 16, …)")
     return order
 
 

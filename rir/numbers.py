@@ -117,9 +117,9 @@ def read_number(
     if value is None or isinstance(value, complex):
         raise error(told)
     array = read_array(value, what, error=error)
-    if array.size != 1 or not np.isfinite(array).all():
+    if array.ndim or not np.isfinite(array).all():
         raise error(told)
-    number = float(array.ravel()[0])
+    number = float(array)
     if not (number >= least and number > above and number <= most):
         raise error(told)
     return number
@@ -141,14 +141,15 @@ def read_count(
     Traceback (most recent call last):
     rir.errors.SignalError: the number of rays must be 1 or more, not 0
     """
-    limits = f"{least} or more" if most >= 2**62 else f"{least} to {most}"
-    told = f"{what} must be a whole number, {limits}, not {shown(value)}"
+    told = f"{what} must be a whole number, {least} or more, not {shown(value)}"
     try:
         number = operator.index(value)
     except TypeError as cause:
         if not isinstance(value, float | np.floating) or value != np.round(value):
             raise error(told) from cause
         number = int(read_number(value, what, error=error))
-    if not least <= number <= most:
-        raise error(f"{what} must be {limits}, not {shown(value)}")
+    if number < least:
+        raise error(f"{what} must be {least} or more, not {shown(value)}")
+    if number > most:
+        raise error(f"{what} must be {most} or less, not {shown(value)}")
     return number

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from rir import Registry, RoomSpec
 from rir.errors import SceneError
+from rir.numbers import shown
 from rooms.presets import PRESETS, load_room
 from rooms.scene import Scene
 
@@ -125,6 +126,11 @@ def load_scene(name_or_path: str | Path, materials: Any = None) -> Scene:
     >>> load_scene("kitchen").name
     'kitchen'
     """
+    if not isinstance(name_or_path, str | Path):
+        raise SceneError(
+            f"a scene is a name or a path, not {shown(name_or_path)}; known names:"
+            f" {', '.join(SCENES)}"
+        )
     path = Path(name_or_path)
     if path.suffix in (".yaml", ".yml"):
         return _from_room_file(path)

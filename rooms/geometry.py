@@ -62,6 +62,10 @@ class Shoebox:
         size = np.array(self.size, dtype=float)
         if size.shape != (3,) or not np.all(np.isfinite(size)) or np.any(size <= 0):
             raise SceneError(f"a shoebox needs three positive lengths, not {self.size}")
+        if not (size.min() >= 1e-4 and size.max() <= 1e5):
+            raise SceneError(
+                f"a shoebox measures 0.1 mm to 100 km each way, not {self.size} m"
+            )
         object.__setattr__(self, "size", size)
 
     @property

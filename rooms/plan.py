@@ -3,9 +3,11 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from rooms.effects import EFFECTS, Tolerance, Verdict
+from rooms.request import check_kind, check_names, make_budget
 from rooms.scene import Scene
-from rooms.sound import Budget
 
 __all__ = ["Plan", "plan_effects"]
 
@@ -40,7 +42,7 @@ def plan_effects(
     rays: int | None = None,
     tolerance: Tolerance | None = None,
     only: Sequence[str] | None = None,
-    without: Sequence[str] = (),
+    without: Sequence[str] | None = (),
     everything: bool = False,
     judge: bool = True,
 ) -> Plan:
@@ -71,14 +73,23 @@ def plan_effects(
     ------
     UnknownNameError
         If an override names no effect.
+    SignalError
+        If rate, duration, order or rays are no such numbers.
 
     Examples
     --------
     >>> plan_effects(Scene.shoebox((6, 5, 3)), duration=0.1, sample_rate=4000).on
     ['direct', 'specular']
     """
-    tolerance = tolerance or Tolerance()
-    budget = Budget(sample_rate, max(1, round(duration * sample_rate)), max_order, rays)
+    check_kind(scene, Scene, "a scene", "build one by Scene.shoebox or Scene.from_mesh")
+    tolerance = Tolerance() if tolerance is None else tolerance
+    check_kind(tolerance, Tolerance, "a tolerance", "write Tolerance(level_db=0.5)")
+    check_names(only, "effects")
+    check_names(without, "effects left out")
+    without = () if without is None else without
+    for value, what in ((everything, "everything"), (judge, "judge")):
+        check_kind(value, (bool, np.bool_), what, "give True or False")
+    budget = make_budget(sample_rate, duration, max_order, rays)
     for name in (*(only or ()), *without):
         EFFECTS[name]
     verdicts = {}

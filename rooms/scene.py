@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rir import GainPattern, RoomSpec
 from rir.errors import SceneError
+from rir.numbers import read_array, read_number, shown
 from rir.physics import octave_centers
 from rir.room import WALLS, Air
 from rooms.geometry import Geometry, Shoebox
@@ -19,6 +20,7 @@ __all__ = ["Scene"]
 
 FloatArray = NDArray[np.float64]
 _BANDS = octave_centers(125.0, 8000.0)
+_SHARES = "give one number of 0…1, one per octave (7), or a mapping from wall to such"
 
 
 def spread_shares(what: str, values: Any, surfaces: int) -> FloatArray:
@@ -46,7 +48,7 @@ def spread_shares(what: str, values: Any, surfaces: int) -> FloatArray:
     """
     if isinstance(values, Mapping):
         values = [_named(what, values, wall) for wall in WALLS]
-    array = np.asarray(values, dtype=float)
+    array = read_array(values, what, _SHARES, SceneError)
     try:
         spread = np.broadcast_to(array, (surfaces, len(_BANDS))).copy()
     except ValueError as error:
@@ -54,16 +56,29 @@ def spread_shares(what: str, values: Any, surfaces: int) -> FloatArray:
             f"{what} of shape {array.shape} fits neither 1 nor {len(_BANDS)} octaves"
             f" of {surfaces} surfaces"
         ) from error
-    if not np.all((spread >= 0) & (spread <= 1)):
-        raise SceneError(f"{what} must lie in 0…1; got {np.abs(spread).max():g}")
+    wrong = ~((spread >= 0) & (spread <= 1))
+    if wrong.any():
+        raise SceneError(
+            f"{what} must lie in 0…1; got {spread[wrong][0]:g}"
+            f" ({wrong.sum()} of {wrong.size} are outside)"
+        )
     return spread
 
 
 def _named(what: str, values: Mapping[str, Any], wall: str) -> FloatArray:
     for key in (wall, "walls" if wall[0] in "xy" else "all", "all"):
         if key in values:
-            return np.broadcast_to(np.asarray(values[key], float), len(_BANDS))
-    raise SceneError(f"no {what} is stated for {wall}; known: {', '.join(values)}")
+            array = read_array(values[key], f"{what} of {key!r}", _SHARES, SceneError)
+            if array.size not in (1, len(_BANDS)):
+                raise SceneError(
+                    f"{what} of {key!r} has {array.size} numbers, not 1 or"
+                    f" {len(_BANDS)}; {_SHARES}"
+                )
+            return np.broadcast_to(array.ravel(), len(_BANDS))
+    known = ", ".join(map(str, values)) or "none"
+    raise SceneError(
+        f"no {what} is stated for {wall}; stated: {known}; add {wall!r} or 'all'"
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,6 +122,24 @@ class Scene:
     emitter_speed: float = 0.0
 
     def __post_init__(self) -> None:
+        read_number(
+            self.emitter_speed, "emitter_speed [m/s]", least=0, error=SceneError
+        )
+        object.__setattr__(self, "name", str(self.name))
+        for field_name, kind in _KINDS.items():
+            value = getattr(self, field_name)
+            if not isinstance(value, kind):
+                wanted = " or ".join(k.__name__ for k in np.atleast_1d(kind))
+                raise SceneError(
+                    f"{field_name} must be of {wanted}, not {shown(value)}"
+                )
+        bands = read_array(self.bands, "bands [Hz]", "leave them out", SceneError)
+        ascending = bands.ndim == 1 and np.all(np.diff(bands, prepend=0.0) > 0)
+        if not ascending or self.absorption.shape[1:] != bands.shape:
+            raise SceneError(
+                f"bands are ascending frequencies, one per column of absorption"
+                f" {self.absorption.shape}, not {shown(self.bands)}"
+            )
         if np.any(self.transmission > self.absorption + 1e-12):
             raise SceneError(
                 "transmission cannot exceed absorption: what passes through a"
@@ -140,16 +173,29 @@ class Scene:
         name : str
             Shown in reports.
         **changes
-            Any further field of `Scene`.
+            `hardware` or `emitter_speed`, see `Scene`.
+
+        Raises
+        ------
+        SceneError
+            If a length is not positive, or a share or a field is not what it must be.
         """
+        known = ("hardware", "emitter_speed")
+        unknown = ", ".join(sorted(set(changes) - set(known)))
+        if unknown:
+            raise SceneError(
+                f"a box takes no {unknown}; besides the named ones: {', '.join(known)}"
+            )
         return Scene(
-            Shoebox(np.asarray(size, dtype=float)),
+            Shoebox(read_array(size, "lengths of a box [m]", "", SceneError)),
             spread_shares("absorption", absorption, 6),
             spread_shares("scattering", scattering, 6),
             np.zeros((6, len(_BANDS))),
-            air=air or Air(),
-            emitter_gain=emitter_gain or GainPattern.omni(),
-            listener_gain=listener_gain or GainPattern.omni(),
+            air=Air() if air is None else air,
+            emitter_gain=GainPattern.omni() if emitter_gain is None else emitter_gain,
+            listener_gain=(
+                GainPattern.omni() if listener_gain is None else listener_gain
+            ),
             name=name,
             **changes,
         )
@@ -165,6 +211,10 @@ class Scene:
         **changes
             Any field of `Scene`, replacing what the room says.
         """
+        if not isinstance(room, RoomSpec):
+            raise SceneError(
+                f"a room is a RoomSpec, not {shown(room)}; read one by RoomSpec.load"
+            )
         scene = Scene.shoebox(
             room.size_m,
             absorption=room.absorption,
@@ -190,6 +240,11 @@ class Scene:
         """
         from rooms.mesh import MeshGeometry
 
+        if not isinstance(path, str | Path):
+            raise SceneError(
+                f"a mesh is given by its path, not by {shown(path)}; for arrays see"
+                " rooms.mesh.MeshGeometry.from_arrays"
+            )
         geometry = MeshGeometry.from_file(path)
         named = {"name": Path(path).stem, **changes}
         return Scene.of_geometry(geometry, materials, **named)
@@ -214,7 +269,13 @@ class Scene:
         """
         from rooms.mesh import MeshGeometry
 
-        geometry = MeshGeometry.extruded(outline, height)
+        corners = read_array(
+            outline, "corners of a floor [m]", "give rows of x and y", SceneError
+        )
+        tall = read_number(
+            height, "the height of a room [m]", above=0, error=SceneError
+        )
+        geometry = MeshGeometry.extruded(corners, tall)
         return Scene.of_geometry(geometry, materials, **changes)
 
     @staticmethod
@@ -223,7 +284,12 @@ class Scene:
         from rooms.surfaces import resolve_surfaces
 
         shares = resolve_surfaces(geometry.surface_names, materials)
-        return replace(Scene(geometry, *shares), **changes)
+        try:
+            return replace(Scene(geometry, *shares), **changes)
+        except TypeError as error:
+            raise SceneError(
+                f"no such field of a scene: {', '.join(changes)}; see rooms.Scene"
+            ) from error
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -264,3 +330,11 @@ class Scene:
                 f"{what} ({first[0]:.3f}, {first[1]:.3f}, {first[2]:.3f}) m lies"
                 f" outside {self.name}; {int(outside.sum())} of {len(points)} do"
             )
+
+
+_KINDS: dict[str, Any] = {
+    "air": Air,
+    "emitter_gain": GainPattern,
+    "listener_gain": GainPattern,
+    "hardware": (Hardware, type(None)),
+}

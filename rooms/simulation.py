@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rir import Poses
-from rir.errors import SignalError
-from rir.response import check_sample_rate
 from rooms.effort import Target, parse_accuracy, spread_errors
 from rooms.geometry import Shoebox
 from rooms.plan import Plan, plan_effects
+from rooms.request import check_effort, check_kind, make_budget, make_seed
 from rooms.scene import Scene
 from rooms.sound import Budget, Sound
 
@@ -112,7 +111,8 @@ def simulate(
     SceneError
         If a pose lies outside the room.
     SignalError
-        If rate or duration are not positive.
+        If rate, duration, order, rays, accuracy or any other option is not what it
+        should be; nothing is computed before all are checked.
 
     Examples
     --------
@@ -123,7 +123,10 @@ def simulate(
     >>> result.responses.shape
     (1, 1, 160)
     """
-    seed = seed if rng is None else int(rng.integers(2**63))
+    check_kind(scene, Scene, "a scene", "build one by Scene.shoebox or Scene.from_mesh")
+    check_kind(plan, (Plan, type(None)), "a plan", "make one by plan_effects")
+    check_effort(accuracy, seconds, threads, dtype)
+    seed = make_seed(seed, rng)
     budget = make_budget(sample_rate, duration, max_order, rays, seed)
     places = Poses.of(emitters), Poses.of(listeners)
     scene.check_inside("emitter", places[0].positions)
@@ -201,24 +204,6 @@ def estimated_errors(sound: Sound) -> dict[str, float]:
             where = arrivals.listener[inside], np.full(inside.sum(), band), at[inside]
             np.add.at(paths, where, arrivals.gain[inside, band] ** 2)
     return spread_errors(energy, histogram.error[0], paths, step)
-
-
-def make_budget(
-    sample_rate: int,
-    duration: float,
-    max_order: int | None,
-    rays: int | None,
-    seed: int,
-) -> Budget:
-    """Return a checked budget."""
-    rate = check_sample_rate(sample_rate)
-    count = round(duration * rate) if np.isfinite(duration) else 0
-    if count < 1:
-        raise SignalError(f"a duration of {duration} s at {rate} Hz holds no sample")
-    for what, value, least in (("order", max_order, 0), ("number of rays", rays, 1)):
-        if value is not None and not value >= least:
-            raise SignalError(f"the {what} must be {least} or more, not {value}")
-    return Budget(rate, count, max_order, rays, seed % 2**63)
 
 
 def run_plan(

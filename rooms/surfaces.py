@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from rir.config import validate
 from rir.errors import SceneError
 from rir.materials import load_materials
+from rir.numbers import read_array, shown
 from rir.physics import octave_centers
 from rir.room import Surface
 
@@ -44,14 +45,24 @@ def resolve_surfaces(names: Sequence[str], materials: Any) -> Shares:
     >>> absorption[:, 0].tolist()
     [0.5, 0.03]
     """
-    by_name = materials if _is_table(names, materials) else {"all": materials}
-    if materials is None:
-        by_name = {}
+    if not isinstance(materials, str | int | float | Mapping | type(None)):
+        raise SceneError(
+            f"materials cannot be {shown(materials)}; give one absorption, a name of"
+            " the bundled table, or a mapping from surface to such"
+        )
+    by_name: Mapping[Any, Any] = {} if materials is None else {"all": materials}
+    if isinstance(materials, Mapping) and _is_table(names, materials):
+        by_name = materials
+    if not all(isinstance(name, str) for name in by_name):
+        raise SceneError(
+            f"surfaces are named by text, not as in {shown(materials)}; the mesh has"
+            f" {_listed(names)}"
+        )
     unused = set(by_name) - set(names) - set(_ANY)
     if unused:
         raise SceneError(
             f"no surface {', '.join(map(repr, sorted(unused)))} in the mesh;"
-            f" it has {', '.join(map(repr, names))}"
+            f" it has {_listed(names)}"
         )
     missing = [name for name in names if _find(name, by_name) is None]
     if missing:
@@ -67,10 +78,12 @@ def resolve_surfaces(names: Sequence[str], materials: Any) -> Shares:
     return absorption, scattering, transmission
 
 
-def _is_table(names: Sequence[str], materials: Any) -> bool:
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(map(repr, names))
+
+
+def _is_table(names: Sequence[str], materials: Mapping[Any, Any]) -> bool:
     """Tell a mapping of surfaces from the description of a single material."""
-    if not isinstance(materials, Mapping):
-        return False
     own = {"absorption", "scattering", "transmission", "material"}
     return not set(materials) <= own or bool(set(materials) & set(names))
 
@@ -83,9 +96,35 @@ def _find(name: str, by_name: Mapping[str, Any]) -> Any:
 
 
 def _shares(name: str, material: Any) -> Shares:
+    """Return the shares of one surface."""
     if isinstance(material, int | float):
-        material = {"absorption": float(material)}
-    entry = {"material": material} if isinstance(material, str) else dict(material)
-    passed = np.broadcast_to(np.asarray(entry.pop("transmission", 0.0)), _BANDS)
+        material = {"absorption": material}
+    elif isinstance(material, str):
+        material = {"material": material}
+    if not isinstance(material, Mapping):
+        raise SceneError(
+            f"the material of {name!r} cannot be {shown(material)}; give one"
+            " absorption, a name of the bundled table, or absorption and scattering"
+            " per octave"
+        )
+    entry = {key: _plain(value) for key, value in material.items()}
+    passed = _passed(name, entry.pop("transmission", 0.0))
     surface = validate(entry, Surface, origin=f"surface {name!r}")
     return surface.absorption_per_band, surface.scattering_per_band, passed
+
+
+def _plain(value: Any) -> Any:
+    """Return arrays as lists: what a configuration is made of."""
+    return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
+
+
+def _passed(name: str, transmission: Any) -> FloatArray:
+    hint = f"give one number of 0…1 or one per octave ({_BANDS})"
+    passed = read_array(transmission, f"transmission of {name!r}", hint, SceneError)
+    if passed.size not in (1, _BANDS):
+        raise SceneError(
+            f"transmission of {name!r} has {passed.size} numbers, not 1 or {_BANDS}"
+        )
+    if not np.all((passed >= 0) & (passed <= 1)):
+        raise SceneError(f"transmission of {name!r} must lie in 0…1; {hint}")
+    return np.broadcast_to(passed.ravel(), _BANDS)

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from rir import GainPattern, Pose, Poses, RoomSpec
 from rir.errors import DatasetError, SceneError
 from rooms.plan import plan_effects
+from rooms.request import make_budget
 from rooms.scene import Scene
-from rooms.simulation import make_budget, run_plan
+from rooms.simulation import run_plan
 from rooms.sound import Sound
 
 __all__ = ["AnyWorld", "MeasuredWorld", "World"]

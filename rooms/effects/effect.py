@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 
+from rir.numbers import read_number
 from rooms.scene import Scene
 from rooms.sound import Budget, Sound
 
@@ -32,6 +33,12 @@ class Tolerance:
     reverberation_percent: float = 5.0
     clarity_db: float = 1.0
     early_decay_percent: float = 5.0
+
+    def __post_init__(self) -> None:
+        for kind in _UNITS:
+            limit = getattr(self, kind)
+            what = f"the tolerance of {_UNITS[kind][0]} [{_UNITS[kind][1]}]"
+            object.__setattr__(self, kind, read_number(limit, what, least=0))
 
     def exceeded(self, errors: dict[str, float]) -> list[str]:
         """Return the kinds of error that predictions come too close to."""

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rir.errors import SceneError
+from rir.numbers import read_array
 from rooms.mesh.cleaning import Cleaned, clean, winding
 from rooms.mesh.hierarchy import Hierarchy, build_hierarchy
 from rooms.mesh.loading import load_mesh
@@ -168,6 +169,11 @@ class MeshGeometry:
         if not (np.isfinite(height) and height > 0):
             raise SceneError(f"a room needs a positive height, not {height} m")
         corners, ears = cut_ears(polygon)
+        wide = float(np.ptp(corners, axis=0).max())
+        if not 1e-4 * wide <= height <= 1e4 * wide:
+            raise SceneError(
+                f"a room {wide:g} m across cannot be {height:g} m high; state metres"
+            )
         n = len(corners)
         low = np.column_stack([corners, np.zeros(n)])
         vertices = np.concatenate([low, low + np.array([0, 0, height])])
@@ -338,8 +344,12 @@ class MeshGeometry:
 
 
 def _checked(vertices: ArrayLike, faces: ArrayLike) -> tuple[FloatArray, IntArray]:
-    corners = np.array(vertices, dtype=float)
-    triangles = np.array(faces, dtype=np.int64)
+    corners = read_array(vertices, "vertices", "give rows of x, y, z", SceneError)
+    raw = read_array(faces, "faces", "give rows of three vertex numbers", SceneError)
+    with np.errstate(invalid="ignore"):
+        triangles = raw.astype(np.int64)
+    if not np.array_equal(triangles, raw):
+        raise SceneError("faces must be whole numbers of vertices")
     if corners.ndim != 2 or corners.shape[1] != 3:
         raise SceneError(f"vertices must have shape (V, 3), not {corners.shape}")
     if triangles.ndim != 2 or triangles.shape[1] != 3 or len(triangles) == 0:
@@ -351,6 +361,11 @@ def _checked(vertices: ArrayLike, faces: ArrayLike) -> tuple[FloatArray, IntArra
         )
     if not np.all(np.isfinite(corners[np.unique(triangles)])):
         raise SceneError("a vertex is not finite")
+    span = float(np.ptp(corners[triangles.ravel()], axis=0).max())
+    if not 1e-6 <= span <= 1e7:
+        raise SceneError(
+            f"a mesh measures 1e-6 to 1e7 m across, not {span:g} m; its unit is metres"
+        )
     return corners, triangles
 
 
@@ -360,7 +375,7 @@ def _surface_ids(surfaces: Any, count: int) -> tuple[tuple[str, ...], IntArray]:
     if len(surfaces) != count:
         raise SceneError(f"{len(surfaces)} surfaces are stated for {count} triangles")
     if not isinstance(surfaces[0], str):
-        ids = np.asarray(surfaces, dtype=np.int64)
+        ids = read_array(surfaces, "surfaces", "", SceneError).astype(np.int64)
         if ids.min() < 0:
             raise SceneError(f"surface {ids.min()} is negative")
         return tuple(f"surface{k}" for k in range(ids.max() + 1)), ids

@@ -37,6 +37,9 @@ def cut_ears(polygon: ArrayLike) -> tuple[FloatArray, NDArray[np.int64]]:
     corners = np.array(polygon, dtype=float)
     if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3:
         raise SceneError(f"a floor needs 3 or more (x, y), not shape {corners.shape}")
+    span = float(np.max(np.ptp(corners, axis=0)))
+    if not 1e-6 <= span <= 1e7:
+        raise SceneError(f"a floor measures 1e-6 to 1e7 m across, not {span:g} m")
     x, y = corners.T
     area = float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
     if not np.isfinite(area) or area == 0:
