@@ -38,6 +38,12 @@ class Places:
     def __len__(self) -> int:
         return len(self.points)
 
+    def one(self, number: int) -> "Places":
+        """Return one of the places."""
+        k = slice(number, number + 1)
+        ball = self.radius[k], self.volume[k], self.whole[k]
+        return Places(self.points[k], *ball)
+
     @property
     def balls(self) -> tuple[Any, ...]:
         """The arrays as compiled loops take them."""

@@ -1,9 +1,10 @@
 """Compiled ray tracing of energy from one place.
 
-A ray carries one energy per band. At a hit it loses what is absorbed; then it goes
-on either mirrored or in a Lambert direction, never in a mixture of the two, which
-keeps the surface as likely one way as the other. All bands share the way of a ray;
-`odds` keeps how likely each band would have gone it, against the mean of all bands.
+A ray carries one energy per band, in rows of eight. At a hit it loses what is
+absorbed; then it goes on either mirrored or in a Lambert direction, never in a mixture
+of the two, which keeps the surface as likely one way as the other. All bands share the
+way of a ray; `odds` keeps how likely each band would have gone it, against the mean of
+all bands.
 
 Rays that follow mirrors only leave nothing to chance: they hand on the share that
 is mirrored. The others are scattered by chance, the first time sooner than surfaces
@@ -14,6 +15,7 @@ import numpy as np
 from numba import njit
 
 from rooms.mesh.hits import DEPTH, FEW, first_hit, is_free
+from rooms.rays.rows import WIDTH, add, copy, product, scale
 
 _STEP = np.uint64(0x9E3779B97F4A7C15)
 _MIX_ONE = np.uint64(0xBF58476D1CE4E5B9)
@@ -24,6 +26,9 @@ and the few rays that mirrors send on would weigh too much."""
 
 _EVEN = 0.7548776662466927
 """Multiples of it fill 0…1 evenly, whatever those of the golden ratio do."""
+
+_WAITING = 512
+"""So many deposits wait and are made at once, which hides how far memory is."""
 
 _S30, _S27, _S31, _S11 = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(11)
 
@@ -41,6 +46,19 @@ def draw(state):
     return state, (z >> _S11) * (1.0 / 9007199254740992.0)
 
 
+@njit(cache=True, nogil=True)
+def _put_down(flux, waiting, loads, count, wide):
+    """Add the rows that wait to a flux whose rows have `wide` bands."""
+    many = max(wide // WIDTH, 1)
+    for k in range(count):
+        if wide < WIDTH:
+            for lane in range(wide):
+                flux[waiting[k] + lane] += loads[WIDTH * k + lane]
+            continue
+        for part in range(many):
+            add(flux, waiting[k] // WIDTH + part, loads, many * k + part, 1.0)
+
+
 @njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
 def trace(
     tree,
@@ -49,6 +67,8 @@ def trace(
     surface,
     kept,
     scattered,
+    start,
+    even,
     origin,
     ways,
     scatter,
@@ -62,33 +82,40 @@ def trace(
     key,
     grid,
     flux,
+    bins,
+    width,
+    met,
 ):
     """Follow rays from a place and return the number of their segments.
 
     `surface` (F,) names the row of `kept` and `scattered` (surfaces, bands) of each
-    triangle. Rays follow mirrors only; what they pass on their way, beyond `skip`
-    reflections, is added to `grid` (places, bins, bands), and what meets a surface to
-    `flux` (patches, bins, bands). With `scatter` they go either way by chance, and
-    only what was scattered before counts, in `flux`. Half of the rays end at each of
-    the distances `thinning`, and the rest carries on twice the energy. Each ray has
-    random numbers of its own, drawn from `key` and its index.
+    triangle; bands fill rows of eight, and `start` is one in those that count. If
+    `even`, all bands are scattered alike. Rays follow mirrors only; what they pass on
+    their way, beyond `skip` reflections, is added to `grid` (places, bins, bands), and
+    what meets a surface to `flux`, flat: (patches, bins, width), patches in groups of
+    8 / width that alternate if there are fewer than eight bands. With `scatter` they go
+    either way by chance, and only what was scattered before counts, in `flux`. Half of
+    the rays end at each of the distances `thinning`, and the rest carries on twice the
+    energy. Each ray has random numbers of its own, drawn from `key` and its index.
+    The triangle, patch and distance that each ray meets first are written to `met`.
 
     The loop is one piece: handing arrays to functions costs more than the work.
     """
     nodes, children, packs, faces = tree
     x, y, z, radius, volume, whole = balls
     first, parts, doubled, corner, across = patches
-    places, bins, bands = grid.shape
+    met_face, met_patch, met_length = met
+    places, bands = grid.shape[0], grid.shape[2]
+    rows = len(start) // WIDTH
+    group = max(WIDTH // width, 1)
     meets = len(flux) > 0
     stack, depth = np.empty(DEPTH, dtype=np.int64), np.empty(DEPTH)
     near, far = np.empty(16, dtype=np.float32), np.empty(8 * FEW)
     chord_square = np.empty(places)
-    energy, odds, carried = np.empty(bands), np.empty(bands), np.empty(bands)
+    carried, odds = np.empty(len(start)), np.empty(len(start))
+    waiting = np.empty(_WAITING, dtype=np.int64)
+    loads, count = np.empty(_WAITING * len(start), dtype=np.float32), 0
     here, there = np.empty(3), np.empty(3)
-    even = True
-    for row in range(len(scattered)):
-        for band in range(bands):
-            even &= scattered[row, band] == scattered[row, 0]
     handed = kept if scatter else kept * (1.0 - scattered)
     reach = bins / per_bin
     segments = 0
@@ -99,8 +126,9 @@ def trace(
         wx, wy, wz = ways[r, 0], ways[r, 1], ways[r, 2]
         gone, order, mirrored, thinned = 0.0, 0, True, 0
         pick = (first_pick + r * _EVEN) % 1.0
-        for band in range(bands):
-            energy[band], odds[band], carried[band] = 1.0, 1.0, 1.0
+        for part in range(rows):
+            copy(carried, part, start, part)
+            copy(odds, part, start, part)
         while True:
             length, face = first_hit(
                 nodes,
@@ -131,10 +159,10 @@ def trace(
                         continue
                     half = np.sqrt(chord_square[i])
                     along = (x[i] - ox) * wx + (y[i] - oy) * wy + (z[i] - oz) * wz
-                    start, end = max(along - half, 0.0), min(along + half, length)
-                    middle = (start + end) / 2
+                    enter, end = max(along - half, 0.0), min(along + half, length)
+                    middle = (enter + end) / 2
                     at = int((gone + middle) * per_bin)
-                    if end <= start or at >= bins:
+                    if end <= enter or at >= bins:
                         continue
                     if not whole[i]:
                         here[0], here[1], here[2] = x[i], y[i], z[i]
@@ -157,7 +185,7 @@ def trace(
                             far,
                         ):
                             continue
-                    share = (end - start) / volume[i]
+                    share = (end - enter) / volume[i]
                     for band in range(bands):
                         grid[i, at, band] += share * carried[band]
             if face < 0:
@@ -166,7 +194,7 @@ def trace(
             nx, ny, nz = planes[face, 0], planes[face, 1], planes[face, 2]
             inward = nx * wx + ny * wy + nz * wz
             px, py, pz = ox + length * wx, oy + length * wy, oz + length * wz
-            if meets and not (scatter and mirrored):
+            if meets and (order == 0 or not (scatter and mirrored)):
                 patch = first[face, 1 if inward > 0.0 else 0]
                 wide, deep = parts[face, 0], parts[face, 1]
                 if wide * deep > 1:
@@ -184,31 +212,37 @@ def trace(
                         upper = u - i + v - j > 1.0 and i + j < deep - 1
                         patch += i * (2 * deep - i) + 2 * j + int(upper)
                 at = int(gone * per_bin)
-                if at < bins:
-                    for band in range(bands):
-                        flux[patch, at, band] += carried[band]
+                if order == 0:
+                    met_face[r], met_patch[r], met_length[r] = face, patch, gone
+                if at < bins and not (scatter and mirrored):
+                    place = patch // group * bins + at
+                    waiting[count] = (place * group + patch % group) * width
+                    for part in range(rows):
+                        copy(loads, rows * count + part, carried, part)
+                    count += 1
+                    if count == _WAITING:
+                        _put_down(flux, waiting, loads, count, width)
+                        count = 0
             if inward > 0.0:
                 nx, ny, nz, inward = -nx, -ny, -nz, -inward
             ox, oy, oz = px + lift * nx, py + lift * ny, pz + lift * nz
             row = surface[face]
-            for band in range(bands):
-                energy[band] *= handed[row, band]
+            for part in range(rows):
+                scale(carried, part, handed, rows * row + part, 1.0, 0.0)
             order += 1
             if thinned < len(thinning) and gone > thinning[thinned]:
                 if (r >> thinned) & 1:
                     break
                 thinned += 1
-                for band in range(bands):
-                    energy[band] *= 2.0
+                for part in range(rows):
+                    scale(carried, part, start, part, 2.0, 0.0)
             if order % 8 == 0:
                 strongest = 0.0
                 for band in range(bands):
-                    strongest = max(strongest, energy[band] * odds[band])
+                    strongest = max(strongest, carried[band])
                 if strongest < weakest:
                     break
             if not scatter:
-                for band in range(bands):
-                    carried[band] = energy[band]
                 wx -= 2.0 * inward * nx
                 wy -= 2.0 * inward * ny
                 wz -= 2.0 * inward * nz
@@ -216,9 +250,9 @@ def trace(
             likely = scattered[row, 0]
             if not even:
                 likely, weight = 0.0, 0.0
-                for band in range(bands):
-                    likely += scattered[row, band] * odds[band]
-                    weight += odds[band]
+                for part in range(rows):
+                    likely += product(odds, part, scattered, rows * row + part)
+                    weight += product(odds, part, start, part)
                 likely /= weight
             chance = likely
             if mirrored and order <= _EAGER_ORDER and 0.0 < likely < _EAGER:
@@ -231,28 +265,35 @@ def trace(
                 state, u = draw(state)
                 fresh = u < chance
             if not even or chance != likely:
-                for band in range(bands):
-                    share = scattered[row, band]
-                    share = share / chance if fresh else (1.0 - share) / (1.0 - chance)
-                    odds[band] *= share
-            for band in range(bands):
-                carried[band] = energy[band] * odds[band]
+                # scattered / chance, or the rest of both
+                by = 1.0 / chance if fresh else -1.0 / (1.0 - chance)
+                more = 0.0 if fresh else -by
+                for part in range(rows):
+                    at = rows * row + part
+                    scale(carried, part, scattered, at, by, more)
+                    if not even:
+                        scale(odds, part, scattered, at, by, more)
             if not fresh:
                 wx -= 2.0 * inward * nx
                 wy -= 2.0 * inward * ny
                 wz -= 2.0 * inward * nz
                 continue
             mirrored = False
-            state, u = draw(state)
-            state, v = draw(state)
+            u, v, square = 0.0, 0.0, 2.0
+            while square >= 1.0:
+                state, u = draw(state)
+                state, v = draw(state)
+                u, v = 2.0 * u - 1.0, 2.0 * v - 1.0
+                square = u * u + v * v
             # a point on the unit sphere around the normal's tip: Lambert's law
-            up, turn = 2.0 * u - 1.0, 2.0 * np.pi * v
-            flat = np.sqrt(max(1.0 - up * up, 0.0))
-            wx = nx + flat * np.cos(turn)
-            wy = ny + flat * np.sin(turn)
-            wz = nz + up
+            # G. Marsaglia, Ann. Math. Statist. 43, 645 (1972)
+            flat = 2.0 * np.sqrt(1.0 - square)
+            wx = nx + flat * u
+            wy = ny + flat * v
+            wz = nz + 1.0 - 2.0 * square
             size = np.sqrt(wx * wx + wy * wy + wz * wz)
             if size < 1e-9:
                 wx, wy, wz, size = nx, ny, nz, 1.0
             wx, wy, wz = wx / size, wy / size, wz / size
+    _put_down(flux, waiting, loads, count, width)
     return segments

@@ -32,7 +32,7 @@ def traced(room, absorption, scattering, *, places=(A, B), bands=1, **changes):
 @pytest.mark.parametrize("scattering", [0.1, 0.5, 0.9])
 def test_lossless_room_keeps_its_energy(scattering):
     room = MeshGeometry.extruded(FLOOR, 3)
-    result = traced(room, 0.0, scattering, rays=6000)
+    result = traced(room, 0.0, scattering, rays=24_000)
     late = result.energy[0, 0, 0, 100:].mean()
     np.testing.assert_allclose(late, 4 * np.pi * C * 0.001 / room.volume, rtol=0.02)
 
