@@ -11,7 +11,7 @@ from fields.path.features import PlaceFeatures
 from fields.path.fitset import FitSet
 from fields.path.gate import Gate, Held, judge
 from fields.path.horizon import Doubt, predicted_coherence
-from fields.path.late import LateMaps
+from fields.path.late import LateMaps, chi_square_variance
 from fields.path.regions import (
     Regions,
     apartness,
@@ -102,7 +102,9 @@ class Completion:
         doubt = Doubt(walls=getattr(paths, "length_sd", None))
         expected = predicted_coherence(tiles.centers, tiles.times, speed, doubt)
         apart = apartness(regions(ends[0]), regions(ends[1]))
-        gate = judge(held, expected, _path_ratio(held), model_misfit, apart)
+        misfits = _path_ratio(held), model_misfit
+        own = chi_square_variance(tiles.widths[:, None], tiles.bin_s)
+        gate = judge(held, expected, *misfits, apart, own)
         center = np.vstack(ends).mean(axis=0)
         tail = _tail(spatial, 0, center, tiles, speed)
         alarms = _alarms(fit_set, gate, tiles, model_misfit, regions)

@@ -19,6 +19,7 @@ LEAST_ROWS = 8
 LEAST_SURE = 0.1
 QUIET = 1e-12
 UNKNOWN = 1e9
+LEAST_BEYOND = 0.03
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,6 +108,7 @@ def judge(
     ratio: np.ndarray,
     model_misfit: np.ndarray,
     apart: np.ndarray,
+    own: np.ndarray | float = 0.0,
 ) -> Gate:
     """Compare paths with measurements.
 
@@ -121,11 +123,15 @@ def judge(
         model says of unseen emitters, shape (pairs, bands, bins); NaN if unknown.
     apart : numpy.ndarray
         How little both ends share a region, shape (pairs,).
+    own : numpy.ndarray or float
+        Variance of a measured tile's log energy that nothing can tell, shape
+        (bands, 1). It is in both errors and no reason to believe either.
     """
     kinds = [apart < 0.5, apart >= 0.5]
     if min(int(one.sum()) for one in kinds) < LEAST_ROWS:
         kinds = [np.ones(len(apart), dtype=bool)]
-    parts = [_judged(held, rows, expected, ratio, model_misfit) for rows in kinds]
+    misfits = ratio, model_misfit, np.asarray(own)
+    parts = [_judged(held, rows, expected, *misfits) for rows in kinds]
     return Gate(*(np.stack(one) for one in zip(*parts, strict=True)))
 
 
@@ -135,6 +141,7 @@ def _judged(
     expected: np.ndarray,
     ratio: np.ndarray,
     model_misfit: np.ndarray,
+    own: np.ndarray,
 ) -> tuple[np.ndarray, ...]:
     measured, told = held.measured[rows].sum(0), held.told[rows].sum(0)
     product = held.products[rows].sum(0)
@@ -162,10 +169,15 @@ def _judged(
     # Loud pairs would speak for all where waveforms fail: take the mean in dB.
     gain = np.where(sure, gain, np.exp(0.5 * _mean(ratio[rows])))
     gain = np.where(explained, 1.0, np.clip(gain, 0.0, MOST_GAIN))
-    total = np.maximum(path_error + model_error, 1e-300)
-    weight = np.clip(model_error / total, 0.0, 1.0)
+    told_of = [_beyond(one, own) for one in (path_error, model_error)]
+    weight = np.clip(told_of[1] / np.maximum(sum(told_of), 1e-300), 0.0, 1.0)
     weight = np.where(explained, 1.0, np.where(starved, 0.0, weight))
     return gain, share, weight, coherence, np.ones_like(gain)
+
+
+def _beyond(error: np.ndarray, own: np.ndarray) -> np.ndarray:
+    """Return the part of a squared error that is not the tile's own chance."""
+    return np.maximum(error - own, LEAST_BEYOND * error)
 
 
 def _spread(products: np.ndarray) -> np.ndarray:

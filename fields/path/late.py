@@ -15,7 +15,7 @@ import numpy as np
 
 from fields.path.late_step import Moments, descend
 
-__all__ = ["LateMaps", "chi_square_bias", "fit_maps"]
+__all__ = ["LateMaps", "chi_square_bias", "chi_square_variance", "fit_maps"]
 
 RIDGE = 3.0
 FLAG_RIDGE = 0.1
@@ -70,6 +70,21 @@ def chi_square_bias(bandwidth: float, bin_s: float) -> float:
 
     half = max(bandwidth * bin_s, 0.5)
     return float(digamma(half) - np.log(half))
+
+
+def chi_square_variance(bandwidth: np.ndarray, bin_s: float) -> np.ndarray:
+    """Return the variance of the log energy of a bin of noise, neper squared.
+
+    Parameters
+    ----------
+    bandwidth : numpy.ndarray
+        Hertz, any shape.
+    bin_s : float
+        Length of a bin, seconds.
+    """
+    from scipy.special import polygamma
+
+    return np.asarray(polygamma(1, np.maximum(bandwidth * bin_s, 0.5)))
 
 
 def fit_maps(
