@@ -145,7 +145,7 @@ def _settings(pairs: list[str]) -> dict[str, Any]:
 
 def _plan(request: Request) -> TrainingPlan:
     return TrainingPlan(
-        steps=request.steps or UNLIMITED_STEPS,
+        steps=UNLIMITED_STEPS if request.steps is None else request.steps,
         budget_s=parse_seconds(request.budget),
         exchange=exchange_form(request.exchange),
         self_supervised="pattern" if request.self_supervised else "none",
@@ -173,7 +173,10 @@ def _split(request: Request, dataset: Dataset, folder: Path) -> Split:
             f"{folder} already holds a run; continue it with --resume, or name "
             "another folder with --out"
         )
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise TrainingError(f"{folder} cannot be a run folder: {error}") from error
     if request.split is not None:
         split = Split.load(request.split, dataset)
     elif path.exists():

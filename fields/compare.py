@@ -19,8 +19,9 @@ from fields.plan import TrainingPlan
 from fields.results import ResultTable
 from fields.run import UNLIMITED_STEPS, train_on
 from fields.sets import Bench, built_in, open_bench
-from fields.settings import exchange_form
+from fields.settings import exchange_form, model_config
 from fields.watching import watcher
+from rir.errors import ConfigError, UnknownNameError
 
 __all__ = ["CompareConfig", "Job", "compare", "run_job"]
 
@@ -50,7 +51,13 @@ def compare(
 
     Every job's scores are a file of their own, and a job that was interrupted has
     its checkpoint, so that a comparison goes on where it stopped.
+
+    Raises
+    ------
+    ConfigError
+        If a model, a form or a setting is unknown; before anything is trained.
     """
+    _check(config)
     out.mkdir(parents=True, exist_ok=True)
     tables = []
     for number, one in enumerate(config.sets):
@@ -65,6 +72,22 @@ def compare(
         plot_comparison(folder / "seconds.png", table, rows)
         tables.append(table)
     return tables
+
+
+def _check(config: CompareConfig) -> None:
+    mistakes = []
+    for number, one in enumerate(config.models):
+        mistakes += [
+            f"models.{number}.forms: no form {form!r}; known: {', '.join(FORMS)}"
+            for form in one.forms
+            if form not in FORMS
+        ]
+        try:
+            model_config(one.model, one.config, one.preset)
+        except (ConfigError, UnknownNameError) as error:
+            mistakes.append(f"models.{number}: {error}")
+    if mistakes:
+        raise ConfigError("\n".join(mistakes))
 
 
 def run_job(

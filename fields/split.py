@@ -53,22 +53,54 @@ class Split:
         Raises
         ------
         DatasetError
-            If the file is newer than this program or made for other rows.
+            If there is no such file, or it is no split, is newer than this program
+            or was made for other rows.
         """
-        plain = json.loads(path.read_text())
-        if plain.get("schema") != SCHEMA:
+        try:
+            plain = json.loads(path.read_text())
+            schema = plain.get("schema")
+        except (OSError, ValueError, AttributeError) as error:
             raise DatasetError(
-                f"{path} has split schema {plain.get('schema')}; this program "
-                f"reads {SCHEMA}"
+                f"{path} is no split file ({error}); leave --split out to draw one"
+            ) from error
+        if schema != SCHEMA:
+            raise DatasetError(
+                f"{path} has split schema {schema}; this program reads {SCHEMA}"
             )
-        for key in ("train", "test", "dropped"):
-            plain[key] = tuple(plain[key])
-        split = cls(**plain)
+        try:
+            for key in ("train", "test", "dropped"):
+                plain[key] = tuple(int(row) for row in plain[key])
+            split = cls(**plain)
+        except (KeyError, TypeError, ValueError) as error:
+            raise DatasetError(
+                f"{path} is no split file: {type(error).__name__} {error}"
+            ) from error
         if split.rows != len(dataset):
             raise DatasetError(
                 f"{path} splits {split.rows} rows, the data set has {len(dataset)}"
             )
+        split.check()
         return split
+
+    def check(self) -> None:
+        """Refuse row numbers that the data set does not have.
+
+        Raises
+        ------
+        DatasetError
+            If a row lies outside, or is on both sides.
+        """
+        named = [*self.train, *self.test, *self.dropped]
+        if named and not 0 <= min(named) <= max(named) < self.rows:
+            raise DatasetError(
+                f"the split names rows {min(named)} to {max(named)} of {self.rows}"
+            )
+        both = set(self.train) & set(self.test)
+        if both:
+            raise DatasetError(
+                f"the split trains and tests on {len(both)} same rows (first: "
+                f"{min(both)})"
+            )
 
     def describe(self) -> str:
         """Return one line for a person."""

@@ -100,7 +100,16 @@ def test_finished_run_resumes_to_the_same_end(run, file):
 
 @pytest.mark.parametrize(
     ("arguments", "code"),
-    [(["--model", "nerf"], 1), (["--budget", "soon"], 1), (["--nonsense"], 2)],
+    [
+        (["--model", "nerf"], 1),
+        (["--budget", "soon"], 1),
+        (["--steps", "0"], 1),
+        (["--set", "octaves=99"], 1),
+        (["--model", "avr", "--set", "head=wide"], 1),
+        (["--split", "absent.json"], 1),
+        (["--out", __file__], 1),
+        (["--nonsense"], 2),
+    ],
 )
 def test_mistakes_have_their_exit_code(file, tmp_path, arguments, code):
     assert main([str(file), "--out", str(tmp_path / "x"), *arguments]) == code

@@ -111,6 +111,19 @@ def test_mistakes_in_the_configuration_are_all_told(config, tmp_path, capsys):
     assert "modle" in error
 
 
+def test_unknown_models_forms_and_settings_are_told_first(config, tmp_path, capsys):
+    plain = yaml.safe_load(config.read_text())
+    plain["models"][1]["forms"] = ["ssl", "wrong"]
+    plain["models"][1]["config"] = {"head": "wide"}
+    plain["models"].append({"model": "nerf"})
+    config.write_text(yaml.safe_dump(plain))
+    assert main(["compare", str(config), "--out", str(tmp_path / "out")]) == 1
+    told = " ".join(capsys.readouterr().err.split())
+    for part in ("no form 'wrong'", "no 'wide'; known: shell, bank", "no field 'nerf'"):
+        assert part in told
+    assert not (tmp_path / "out").exists()
+
+
 def test_cost_command_writes_curves(grid, tmp_path):
     path = grid.save(tmp_path / "grid.h5")
     arguments = ["--model", "inras", "--knob", "width", "--values", "8,16"]

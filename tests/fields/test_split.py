@@ -81,3 +81,24 @@ def test_split_of_the_data_set_itself_is_kept(grid):
     split = split_by_emitter(dataset, seed=5)
     assert split.test == tuple(range(36, 48))
     assert split.train == tuple(range(36))
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (None, "is no split file"),
+        ("junk", "is no split file"),
+        ("[1]", "is no split file"),
+        ('{"schema": 9}', "split schema 9"),
+        ('{"schema": 1}', "'train'"),
+        ('{"schema": 1, "train": ["a"], "test": [], "dropped": []}', "no split file"),
+        ('{"schema": 1, "train": [0], "test": [99], "dropped": [], "rows": 48}', "99"),
+        ('{"schema": 1, "train": [0], "test": [0], "dropped": [], "rows": 48}', "same"),
+    ],
+)
+def test_files_that_are_no_split_are_told(grid, tmp_path, content, message):
+    path = tmp_path / "split.json"
+    if content is not None:
+        path.write_text(content)
+    with pytest.raises(DatasetError, match=message):
+        Split.load(path, grid)
