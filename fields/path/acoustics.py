@@ -13,6 +13,7 @@ from fields.path.completion import Completion
 from fields.path.direct import read_direct
 from fields.path.fallback import NearestRows
 from fields.path.fitset import FitSet
+from fields.path.opened import open_box
 from fields.path.polyhedral import FittedMesh, fit_drawn, mesh_alarms
 from fields.path.polyhedron import Polyhedron
 from fields.path.room import MOST_IMAGES, BoxRoom
@@ -271,7 +272,8 @@ def _fitted(
     except np.linalg.LinAlgError:
         alarms.append("the fit of the walls found did not come to an end")
         return None, alarms
-    return fitted, alarms
+    opened = open_box(rows, direct, fitted, reach_s, listening)
+    return opened.fitted or fitted, alarms + opened.alarms
 
 
 def _longest(rows: FitSet, box: Box, reach_s: float) -> float:

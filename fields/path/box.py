@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from fields.path.scan import FoundPlane, ScanSignals, judge_planes
 
-__all__ = ["Box", "assemble_box", "assemble_boxes"]
+__all__ = ["Box", "assemble_box", "assemble_boxes", "walled"]
 
 FloatArray = NDArray[np.float64]
 FAR_M = 500.0
@@ -84,7 +84,7 @@ def assemble_boxes(signals: list[ScanSignals], found: list[FoundPlane]) -> list[
     sure = [plane for plane in found if plane.z > SURE_Z]
     boxes = []
     for axes in _likely_axes(sure):
-        boxes.append(_walled(signals, axes))
+        boxes.append(walled(signals, axes))
         if len(boxes) == 1 and boxes[0].heard.all() and signals[0].n_groups > 1:
             break
     if signals[0].n_groups == 1 and boxes:
@@ -125,8 +125,8 @@ def assemble_box(signals: list[ScanSignals], found: list[FoundPlane]) -> Box | N
     return boxes[0] if boxes else None
 
 
-def _walled(signals: list[ScanSignals], axes: FloatArray) -> Box:
-    """Look for the walls of a box along its axes."""
+def walled(signals: list[ScanSignals], axes: FloatArray) -> Box:
+    """Return the box whose walls are found along given axes, shape (3, 3)."""
     one = signals[-1]
     ends = np.concatenate([one.emitters, one.listeners])
     origin = ends.mean(axis=0)
