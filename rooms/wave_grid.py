@@ -1,6 +1,7 @@
 """Low frequencies by the wave equation on a grid (FDTD)."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -98,22 +99,66 @@ class WaveGrid:
             Response to an impulse of unit area, times the time step: its sum over
             e^(-i w n dt) is the transfer function, 1/d in the free field.
         """
+        source = self.pressure(np.asarray(emitter, float)[None])
+        ears = self.pressure(np.asarray(listeners, float))
+        return self.march(source[0][0], source[1][0], *ears, duration)
+
+    def march(
+        self,
+        source: IntArray,
+        share: FloatArray,
+        ears: IntArray,
+        weights: FloatArray,
+        duration: float,
+    ) -> FloatArray:
+        """Return what weighted cells hear of weighted cells, shape (L, steps).
+
+        Parameters
+        ----------
+        source, share : ndarray, shape (cells, 3), (cells,)
+            Cells that are driven, and how strongly: one row of `pressure` or
+            `slope`, or a sum of such.
+        ears, weights : ndarray, shape (L, cells, 3), (L, cells)
+            Cells that are heard, and their weights.
+        duration : float
+            Length [s].
+        """
         from rooms.kernels.grid import march
 
-        inside = self._inside()
-        courant = self.scene.speed_of_sound * self.time_step / self.spacing
-        left = np.where(inside > 0, 1 / (1 + self._loss(inside, courant)), 0.0)
-        center = 2 - self._neighbours(inside, courant**2)
-        source, share = self._spread(np.asarray(emitter, float)[None], inside)
-        ears, weights = self._spread(np.asarray(listeners, float), inside)
-        cell = float(np.prod(self.spacing))
+        center, left, ratios = self._medium
         way = self.scene.speed_of_sound * self.time_step
-        drive = share[0] * 4 * np.pi * way**2 / cell
+        drive = share * 4 * np.pi * way**2 / float(np.prod(self.spacing))
         steps = int(np.ceil(duration * self.sample_rate))
-        ratios = courant**2
-        heard = march(center, ratios, left, source[0], drive, ears, weights, steps)
+        heard = march(center, ratios, left, source, drive, ears, weights, steps)
         # entry n holds the pressure at step n + 1
         return np.pad(heard, ((0, 0), (1, 0)))[:, :steps]
+
+    def pressure(self, points: FloatArray) -> tuple[IntArray, FloatArray]:
+        """Return cells (N, 8, 3) and weights (N, 8) of pressures at points (N, 3)."""
+        return self._spread(points, self._air)
+
+    def slope(self, points: FloatArray, axis: int) -> tuple[IntArray, FloatArray]:
+        """Return cells (N, 16, 3) and weights [1/m] of the derivative along an axis.
+
+        It is the difference of the pressures half a cell ahead and behind.
+        """
+        half = np.zeros(3)
+        half[axis] = self.spacing[axis] / 2
+        ahead, behind = self.pressure(points + half), self.pressure(points - half)
+        weights = np.concatenate([ahead[1], -behind[1]], axis=1) / self.spacing[axis]
+        return np.concatenate([ahead[0], behind[0]], axis=1), weights
+
+    @cached_property
+    def _air(self) -> FloatArray:
+        return self._inside()
+
+    @cached_property
+    def _medium(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Weight of a cell's own pressure, of what walls leave, and axis ratios."""
+        inside = self._air
+        courant = self.scene.speed_of_sound * self.time_step / self.spacing
+        left = np.where(inside > 0, 1 / (1 + self._loss(inside, courant)), 0.0)
+        return 2 - self._neighbours(inside, courant**2), left, courant**2
 
     def _inside(self) -> FloatArray:
         """Return 1 for cells whose middle is in the air, with a frame of zeros."""

@@ -7,6 +7,7 @@ factors they are the modal sum), so only rooms of other shapes call for a grid.
 import numpy as np
 from numpy.typing import NDArray
 
+from rir import GainPattern
 from rooms.effects.effect import Effect, Tolerance, Verdict, judged
 from rooms.geometry import Shoebox
 from rooms.scene import Scene
@@ -90,25 +91,38 @@ def _joined(
     scene: Scene, sound: Sound, responses: FloatArray, crossover: float
 ) -> FloatArray:
     """Cross over from the grid to the responses, half an octave wide."""
-    from scipy.signal import butter, sosfilt
-
-    from rooms.wave_grid import WaveGrid
-
     budget = sound.budget
-    grid = WaveGrid(scene, 1.5 * crossover)
-    duration = budget.duration
-    low = grid.responses(sound.emitter.position, sound.listeners.positions, duration)
-    rise = butter(2, _RUMBLE, "highpass", fs=grid.sample_rate, output="sos")
-    low = np.asarray(sosfilt(rise, low, axis=-1))
     length = 2 * budget.n_samples
-    f = np.fft.rfftfreq(length, 1 / budget.sample_rate)
+    f = np.asarray(np.fft.rfftfreq(length, 1 / budget.sample_rate), dtype=np.float64)
     octaves = np.log2(np.maximum(f, 1e-6) / crossover)
     keep = np.cos(np.pi / 2 * np.clip(2 * octaves + 0.5, 0, 1)) ** 2
-    used = keep > 1e-9
-    turn = -2j * np.pi * grid.time_step * np.outer(np.arange(low.shape[1]), f[used])
+    used = (keep > 1e-9) & (f > 0)
     spectrum = np.fft.rfft(responses, length, axis=-1) * (1 - keep)
-    spectrum[:, used] += (low @ np.exp(turn)) * keep[used]
+    spectrum[:, used] += _low(scene, sound, f[used], crossover) * keep[used]
     return np.fft.irfft(spectrum, length, axis=-1)[:, : budget.n_samples]
+
+
+def _low(
+    scene: Scene, sound: Sound, frequencies: FloatArray, crossover: float
+) -> NDArray[np.complex128]:
+    """Return transfer functions from the grid, gain patterns of first order applied."""
+    from scipy.signal import butter
+
+    from rooms.multipoles import Moments, transfer
+    from rooms.wave_grid import WaveGrid
+
+    grid = WaveGrid(scene, 1.5 * crossover)
+    omni = GainPattern.omni()
+    emitting, listening = sound.patterns or (omni, omni)
+    turns = sound.emitter.orientation[None], sound.listeners.orientations
+    moments = (
+        Moments.of(emitting, turns[0], frequencies),
+        Moments.of(listening, turns[1], frequencies),
+    )
+    places = sound.emitter.position, sound.listeners.positions
+    rise = butter(2, _RUMBLE, "highpass", fs=grid.sample_rate, output="sos")
+    duration, faded = sound.budget.duration, np.asarray(rise, dtype=np.float64)
+    return transfer(grid, places, moments, frequencies, duration, faded)
 
 
 MODES = Effect("modes", "low frequencies by the wave equation (FDTD)", needed, apply)

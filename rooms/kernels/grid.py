@@ -70,9 +70,9 @@ def march(center, ratios, left, source, drive, ears, weights, steps):
     left : ndarray, shape (nx, ny, nz)
         1 / (1 + loss), with the loss half the Courant number times the admittance
         over all walls of a cell; 0 outside, where pressure then stays zero.
-    source : ndarray, shape (8, 3)
+    source : ndarray, shape (cells, 3)
         Cells that the emitter drives, with the shares `drive`.
-    ears, weights : ndarray, shape (L, 8, 3), (L, 8)
+    ears, weights : ndarray, shape (L, cells, 3), (L, cells)
         Cells and shares that each listener hears.
     steps : int
         Number of time steps.
@@ -96,13 +96,13 @@ def march(center, ratios, left, source, drive, ears, weights, steps):
                     before[i, j],
                 )
         if step == 0:
-            for n in range(8):
+            for n in range(len(source)):
                 i, j, k = source[n]
                 before[i, j, k] += drive[n] * left[i, j, k]
         now, before = before, now
         for ear in range(len(ears)):
             total = 0.0
-            for n in range(8):
+            for n in range(ears.shape[1]):
                 i, j, k = ears[ear, n]
                 total += weights[ear, n] * now[i, j, k]
             heard[ear, step] = total

@@ -1,0 +1,145 @@
+"""Gain patterns in the wave equation: a monopole and a gradient.
+
+A device whose far field is (a + b . u) e^(-ikr)/r in direction u is a monopole of
+strength a and a dipole b / (ik): the gradient with respect to its place. So the
+pressure between two devices is (a + b . grad / ik) (a' + b' . grad' / ik) of that
+between two points, whatever the room. What higher orders of a pattern add fades
+towards low frequencies and is left out there.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rir import GainPattern
+from rir.pose import rotate
+from rooms.wave_grid import WaveGrid
+
+__all__ = ["Moments", "transfer"]
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+_BLOCK = 256
+"""Listeners heard in one march with all their gradients."""
+
+
+@dataclass(frozen=True, eq=False)
+class Moments:
+    """Strengths of the monopole and of the gradient of devices over frequency.
+
+    Parameters
+    ----------
+    constant : ndarray, shape (frequencies,)
+        Gain that does not depend on direction.
+    gradient : ndarray, shape (devices, frequencies, 3)
+        Vector whose product with a direction is the rest, in the room frame.
+    """
+
+    constant: FloatArray
+    gradient: FloatArray
+
+    @staticmethod
+    def of(
+        pattern: GainPattern, orientations: FloatArray, frequencies: FloatArray
+    ) -> "Moments":
+        """Return the moments of devices of one pattern, turned by (N, 4) quaternions.
+
+        Examples
+        --------
+        >>> looking_along_x = np.array([[0.0, 0, 0, 1]])
+        >>> cardioid = GainPattern.cardioid()
+        >>> parts = Moments.of(cardioid, looking_along_x, np.array([50.0]))
+        >>> parts.constant.round(6).tolist(), parts.gradient.round(6).tolist()
+        ([0.5], [[[0.5, 0.0, 0.0]]])
+        """
+        rows = pattern.at_bands(frequencies).coefficients
+        device = np.zeros((len(frequencies), 3))
+        if rows.shape[1] > 1:
+            device = np.sqrt(3 / (4 * np.pi)) * rows[:, [3, 1, 2]]
+        room = rotate(orientations[:, None], device)
+        return Moments(rows[:, 0] / np.sqrt(4 * np.pi), room)
+
+    @property
+    def axes(self) -> list[int]:
+        """Axes along which some device has a gradient."""
+        most = np.abs(self.gradient).max(axis=(0, 1), initial=0.0)
+        return [axis for axis in range(3) if most[axis] > 1e-12]
+
+
+def transfer(
+    grid: WaveGrid,
+    places: tuple[FloatArray, FloatArray],
+    moments: tuple[Moments, Moments],
+    frequencies: FloatArray,
+    duration: float,
+    faded: FloatArray | None = None,
+) -> ComplexArray:
+    """Return transfer functions from one device to many, shape (L, frequencies).
+
+    Parameters
+    ----------
+    grid : WaveGrid
+        The room.
+    places : tuple of ndarray, shape (3,), (L, 3)
+        Where the emitter and the listeners are [m].
+    moments : tuple of Moments
+        Of the emitter (one device) and of the listeners.
+    frequencies : ndarray, shape (frequencies,)
+        Frequencies above 0 [Hz].
+    duration : float
+        Length of the responses [s].
+    faded : ndarray, optional
+        Second-order sections that responses pass through.
+    """
+    emitter, listeners = moments
+    wave = 2 * np.pi * frequencies / grid.scene.speed_of_sound
+    total = np.zeros((len(places[1]), len(frequencies)), complex)
+    for axis in (None, *emitter.axes):
+        strength: ComplexArray = emitter.constant.astype(complex)
+        if axis is not None:
+            strength = emitter.gradient[0, :, axis] / (1j * wave)
+        if not np.any(strength):
+            continue
+        source = _cells(grid, places[0][None], axis)
+        for first in range(0, len(places[1]), _BLOCK):
+            some = slice(first, first + _BLOCK)
+            part = Moments(listeners.constant, listeners.gradient[some])
+            heard = _heard(grid, source, places[1][some], part, wave, duration, faded)
+            total[some] += strength * heard
+    return total
+
+
+def _cells(grid: WaveGrid, points: FloatArray, axis: int | None) -> tuple:
+    return grid.pressure(points) if axis is None else grid.slope(points, axis)
+
+
+def _heard(
+    grid: WaveGrid,
+    source: tuple,
+    points: FloatArray,
+    listeners: Moments,
+    wave: FloatArray,
+    duration: float,
+    faded: FloatArray | None,
+) -> ComplexArray:
+    """Return what listeners hear of one set of driven cells, (L, frequencies)."""
+    from scipy.signal import sosfilt
+
+    axes = [None, *listeners.axes]
+    parts = [_cells(grid, points, axis) for axis in axes]
+    widest = max(weights.shape[1] for _, weights in parts)
+    # a cell of weight zero fills short rows
+    cells = [np.pad(c, ((0, 0), (0, widest - c.shape[1]), (0, 0))) for c, _ in parts]
+    weights = [np.pad(w, ((0, 0), (0, widest - w.shape[1]))) for _, w in parts]
+    ears = np.concatenate(cells), np.concatenate(weights)
+    low = grid.march(source[0][0], source[1][0], *ears, duration)
+    if faded is not None:
+        low = np.asarray(sosfilt(faded, low, axis=-1))
+    steps = np.outer(np.arange(low.shape[1]), wave)
+    turn = np.exp(-1j * grid.scene.speed_of_sound * grid.time_step * steps)
+    spectra = (low @ turn).reshape(len(axes), len(points), len(wave))
+    total = listeners.constant * spectra[0]
+    for axis, spectrum in zip(axes[1:], spectra[1:], strict=True):
+        total = total + listeners.gradient[:, :, axis] / (1j * wave) * spectrum
+    return total
