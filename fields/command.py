@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import yaml
 
+from fields.convergence import AT_REST, late_fall
 from fields.data import FieldData, prepare
 from fields.evaluate import chance_scores, score
 from fields.field import Field
@@ -109,7 +110,8 @@ def train_and_report(request: Request) -> ResultTable:
     table.save(folder)
     _draw(folder, table, field, data, split)
     console.print(table.rich())
-    for line in _summary(request, table, saved, folder, seconds):
+    lines = _summary(request, table, saved, folder, seconds)
+    for line in lines + _unrest(field):
         console.print(line, soft_wrap=True, highlight=False)
     return table
 
@@ -271,6 +273,16 @@ def _draw(
 def _history(field: Field) -> list[list[float]]:
     report = getattr(field, "report", {})
     return report.get("history", [])
+
+
+def _unrest(field: Field) -> list[str]:
+    fall = late_fall(_history(field))
+    if not fall > AT_REST:
+        return []
+    return [
+        f"not converged: the loss still fell by {100 * fall:.0f} % in the last "
+        "quarter of the budget"
+    ]
 
 
 def _summary(

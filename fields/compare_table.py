@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from fields.comparison import CompareConfig
+from fields.convergence import AT_REST, late_fall
 from fields.evaluate import METRIC_UNITS, Scores, chance_scores, compare_rows, score
 from fields.plan import TrainingPlan
 from fields.results import ResultTable
@@ -18,6 +19,7 @@ __all__ = ["comparison_table", "plot_comparison"]
 
 BASELINES = {"nearest": "none", "nearest exchange": "double", "linear": "none"}
 CHECKS = {
+    "train C50": "dB",
     "spread C50": "dB",
     "swap C50": "dB",
     "swap STFT*": "",
@@ -63,9 +65,29 @@ def comparison_table(
     table.notes.append(
         f"{len(bench.train)} training rows, {len(bench.test)} rows of unseen "
         f"emitters; mean over seeds {seeds}, spread is their standard deviation; "
-        "swap: answers compared with those for exchanged ends"
+        "swap: answers compared with those for exchanged ends; train C50: the "
+        "difference at training rows"
     )
+    table.notes.append(_convergence(rows))
     return table
+
+
+def _convergence(rows: list[dict[str, Any]]) -> str:
+    """Say which trainings had not come to rest when their budget ended."""
+    moving = []
+    for method, mine in _by_method(rows).items():
+        falls = [late_fall(row["report"].get("history", [])) for row in mine]
+        known = [fall for fall in falls if np.isfinite(fall)]
+        if known and np.mean(known) > AT_REST:
+            moving.append(f"{method} ({100 * np.mean(known):.0f} %)")
+        elif len(known) < len(falls):
+            moving.append(f"{method} (too few steps to tell)")
+    if not moving:
+        return "every training had converged: its loss was at rest"
+    return (
+        "NOT converged in the budget, the loss still fell in the last quarter: "
+        f"{', '.join(moving)}"
+    )
 
 
 def _add_floor(table: ResultTable, config: CompareConfig, bench: Bench) -> None:
@@ -99,6 +121,9 @@ def _checks(rows: list[dict[str, Any]]) -> dict[str, float]:
     }
     found["swap seen C50"] = _average(
         [row.get("swap seen", {}).get("C50", np.nan) for row in rows]
+    )
+    found["train C50"] = _average(
+        [row.get("train", {}).get("C50", np.nan) for row in rows]
     )
     known = dict.fromkeys(name for row in rows for name in row["pattern"])
     for name in known:

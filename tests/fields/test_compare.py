@@ -45,6 +45,8 @@ def test_comparison_makes_a_table_and_goes_on_where_it_stopped(config, tmp_path)
         "nearest", "nearest exchange", "linear", "chance",
     ]  # fmt: skip
     assert table["rows"][0]["spread STFT"] >= 0
+    assert "train C50" in table["rows"][0]
+    assert any("converged" in note for note in table["notes"])
     assert (out / "grid" / "seconds.png").exists()
     jobs = sorted((out / "jobs").iterdir())
     before = [job.stat().st_mtime_ns for job in jobs]
