@@ -3,6 +3,9 @@
 A field answers a place it has no row of by a mean of the nearest rows, in both orders
 of the ends. Before it is taken, each row is moved to the arrival of the wanted direct
 sound and raised to its level, so that direct sounds add up and do not comb.
+
+Rows may also be near by where the listener stands in the frame of the emitter: what a
+loudspeaker with a pattern sends there is the same from any place.
 """
 
 from dataclasses import dataclass
@@ -11,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fields.path.fitset import FitSet
+from fields.path.open_air import aimed_offsets
 from rir import Poses
 
 __all__ = ["AlignedRows"]
@@ -19,6 +23,9 @@ FloatArray = NDArray[np.float64]
 NEIGHBOURS = 6
 NEAREST_M = 0.1
 SAME_M = 0.02
+APART_M = 0.3
+FAINT = 0.05
+MOST_ROWS = 2000
 CHUNK = 32
 FAR = 1e9
 
@@ -33,54 +40,77 @@ class AlignedRows:
         Stored responses, float32.
     emitters, listeners : ndarray, shape (rows, 3)
         Their ends.
-    places : ndarray, shape (rows,)
-        Number of each row's emitter place.
     samples_a_metre : float
         Sample rate over speed of sound.
+    offsets : ndarray, shape (rows, 3) or (0, 3)
+        Listeners in the frame of their emitter, where rows are to be near by that
+        and not by both places.
     """
 
     responses: NDArray[np.float32]
     emitters: FloatArray
     listeners: FloatArray
-    places: NDArray[np.int64]
     samples_a_metre: float
+    offsets: FloatArray
 
     @classmethod
-    def of(cls, rows: FitSet) -> "AlignedRows":
-        """Keep the rows of a set."""
+    def of(cls, rows: FitSet, *, aimed: bool = False) -> "AlignedRows":
+        """Keep the rows of a set.
+
+        Parameters
+        ----------
+        rows : FitSet
+            Measured rows.
+        aimed : bool
+            Take rows for near where the listener stands alike in the frame of the
+            emitter. The answer then belongs to these devices in this order.
+        """
+        rows = rows.spread(MOST_ROWS)
+        told = aimed_offsets(rows.emitters, rows.listeners)
         return cls(
             rows.responses.astype(np.float32),
             rows.emitters.positions,
             rows.listeners.positions,
-            rows.places,
             rows.sample_rate / rows.speed_of_sound,
+            told if aimed else told[:0],
         )
 
     def predict(self, emitters: Poses, listeners: Poses, n_samples: int) -> FloatArray:
         """Return interpolated responses, shape (queries, n_samples)."""
-        return self._answer(emitters.positions, listeners.positions, None, n_samples)
+        return self._answer(emitters, listeners, n_samples)
 
     def left_out(self, rows: FitSet) -> FloatArray:
-        """Return what rows of this set are told by the other emitters' rows."""
-        ends = rows.emitters.positions, rows.listeners.positions
-        return self._answer(*ends, ends[0], rows.n_samples)
+        """Return what rows of this set are told by the other emitters' rows.
+
+        With a single emitter place, by rows whose listener is elsewhere.
+        """
+        by_emitter = rows.n_places > 1
+        own, near = self.emitters, SAME_M
+        unheard = rows.emitters.positions
+        if not by_emitter:
+            own, near, unheard = self.listeners, APART_M, rows.listeners.positions
+        hidden = _squares(unheard, own) < near**2
+        return self._answer(rows.emitters, rows.listeners, rows.n_samples, hidden)
 
     def _answer(
         self,
-        first: FloatArray,
-        second: FloatArray,
-        unheard: FloatArray | None,
+        emitters: Poses,
+        listeners: Poses,
         n_samples: int,
+        hidden: NDArray[np.bool_] | None = None,
     ) -> FloatArray:
-        out = np.zeros((len(first), n_samples))
+        out = np.zeros((len(emitters), n_samples))
+        first, second = emitters.positions, listeners.positions
+        reach = np.linalg.norm(first - second, axis=1)
+        aimed = aimed_offsets(emitters, listeners) if len(self.offsets) else None
         for start in range(0, len(first), CHUNK):
             part = slice(start, start + CHUNK)
             gaps = self._gaps(first[part], second[part])
-            if unheard is not None:
-                away = self.emitters - unheard[part][:, None]
-                gaps = np.where((away**2).sum(-1) < SAME_M**2, FAR, gaps)
-            reach = np.linalg.norm(first[part] - second[part], axis=1)
-            out[part] = self._mixed(gaps, reach, n_samples)
+            if aimed is not None:
+                gaps = _squares(aimed[part], self.offsets) + FAINT * gaps
+            if hidden is not None:
+                gaps = np.where(hidden[part], FAR, gaps)
+            out[part] = self._mixed(gaps, reach[part], n_samples)
         return out
 
     def _gaps(self, first: FloatArray, second: FloatArray) -> FloatArray:
