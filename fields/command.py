@@ -257,7 +257,7 @@ def _table(
 def _draw(
     folder: Path, table: ResultTable, field: Field, data: FieldData, split: Split
 ) -> None:
-    from fields.maps import make_map, plot_map
+    from fields.maps import draw_more, make_map, plot_map
     from fields.plots import plot_results
 
     test = data.rows(np.array(split.test))
@@ -268,6 +268,7 @@ def _draw(
     shown = make_map(field, emitter, spacing=spacing)
     plot_map(folder / "map.png", shown, f"{field.name}, an unseen emitter")
     shown.save(folder / "map.npz")
+    draw_more(field, folder)
 
 
 def _history(field: Field) -> list[list[float]]:

@@ -9,7 +9,7 @@ from fields.evaluate import Scores, compare_rows
 from fields.field import Field
 from rir import Pose, Poses
 
-__all__ = ["FieldMap", "check_reciprocity", "make_map", "plot_map"]
+__all__ = ["FieldMap", "check_reciprocity", "draw_more", "make_map", "plot_map"]
 
 MAP_ROWS = 256
 
@@ -133,6 +133,12 @@ def plot_map(path: Path, shown: FieldMap, title: str) -> None:
         axes.set_xlabel("x, m")
         axes.set_ylabel("y, m")
     figure.savefig(path, dpi=110)
+
+
+def draw_more(field: Field, folder: Path) -> list[Path]:
+    """Let a field draw what only it knows, such as the walls it found."""
+    draw = getattr(field, "draw", None)
+    return [] if draw is None else draw(folder)
 
 
 def check_reciprocity(

@@ -92,7 +92,7 @@ def draw_map(
 
     from fields.evaluate import METRIC_UNITS
     from fields.field import load_field
-    from fields.maps import check_reciprocity, make_map, plot_map
+    from fields.maps import check_reciprocity, draw_more, make_map, plot_map
     from rir import Pose
 
     field = load_field(run)
@@ -107,6 +107,8 @@ def draw_map(
     told = ", ".join(f"{n} {v:.3g} {METRIC_UNITS[n]}".strip() for n, v in gap.items())
     console = Console()
     console.print(f"[bold]{field.frame.mark}[/bold] {field.name}: {target}")
+    for more in draw_more(field, target.parent):
+        console.print(f"also drawn: {more}", soft_wrap=True)
     console.print(f"swapping the ends changes: {told}", soft_wrap=True)
 
 

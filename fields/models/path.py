@@ -17,11 +17,15 @@ from fields.field import paired_queries
 from fields.frame import SceneFrame
 from fields.path.acoustics import Acoustics, hear_room
 from fields.path.fitset import FitSet
+from fields.path.ground_plan import GroundPlan, plan_of
 from fields.path.polyhedron import Polyhedron
 from fields.plan import TrainingPlan
 from rir import GainPattern, Pose, Poses
 
 __all__ = ["PRESETS", "Config", "PathField", "fit", "load"]
+
+
+MOST_ENDS = 2000
 
 
 @dataclass(frozen=True)
@@ -46,10 +50,17 @@ class PathField:
 
     name = "path"
 
-    def __init__(self, acoustics: Acoustics, frame: SceneFrame, config: Config) -> None:
+    def __init__(
+        self,
+        acoustics: Acoustics,
+        frame: SceneFrame,
+        config: Config,
+        ends: np.ndarray | None = None,
+    ) -> None:
         self.acoustics = acoustics
         self.frame = frame
         self.config = config
+        self.ends = np.empty((0, 6)) if ends is None else ends
 
     @property
     def alarms(self) -> list[str]:
@@ -79,6 +90,29 @@ class PathField:
         """Return the emitter's pattern as fitted, 1 on average over directions."""
         return self.acoustics.emitter_gain()
 
+    def plan(self) -> GroundPlan:
+        """Return the walls as found, seen from above, with what is sure of them."""
+        return plan_of(
+            self.acoustics.fitted,
+            self.ends[:, :3],
+            self.ends[:, 3:],
+            known_walls(self.frame),
+            unexplained=self.acoustics.unexplained,
+            mark=self.frame.mark,
+            alarms=self.alarms,
+        )
+
+    def draw(self, folder: Path) -> list[Path]:
+        """Write plan.png and plan.json into a folder."""
+        from fields.path.plan_plot import draw_plan
+
+        if len(self.ends) == 0:
+            return []
+        plan, made = self.plan(), [folder / "plan.png", folder / "plan.json"]
+        draw_plan(made[0], plan)
+        plan.save(made[1])
+        return made
+
     def save(self, path: str | Path) -> Path:
         """Write the field to ``path`` with the ending .npz."""
         target = Path(path).with_suffix(".npz")
@@ -86,6 +120,7 @@ class PathField:
             "model": np.array(self.name),
             "config": np.array(json.dumps(asdict(self.config))),
             "frame": np.array(json.dumps(self.frame.as_dict())),
+            "ends": self.ends,
             **self.acoustics.as_arrays(),
         }
         np.savez(target, **arrays)
@@ -107,7 +142,8 @@ def fit(data: FieldData, config: Config, plan: TrainingPlan) -> PathField:
         listening=data.frame.listener_gain,
         shape=shape,
     )
-    return PathField(acoustics, data.frame, config)
+    ends = data.endpoints[:: -(-len(data) // MOST_ENDS)]
+    return PathField(acoustics, data.frame, config, ends)
 
 
 def drawn_shape(geometry: str, frame: SceneFrame) -> Polyhedron | None:
@@ -132,6 +168,18 @@ def drawn_shape(geometry: str, frame: SceneFrame) -> Polyhedron | None:
     return Polyhedron.of_scene(scene)
 
 
+def known_walls(frame: SceneFrame) -> np.ndarray:
+    """Return triangles of the room as it was described, shape (T, 3, 3)."""
+    if frame.shape is not None:
+        return frame.shape.triangles
+    if frame.room is None:
+        return np.empty((0, 3, 3))
+    from rooms.mesh import MeshGeometry
+
+    box = MeshGeometry.box(frame.room.size_m)
+    return box.corners + box.origin
+
+
 def load(path: Path) -> PathField:
     """Open a stored path field."""
     with np.load(path, allow_pickle=False) as stored:
@@ -140,6 +188,7 @@ def load(path: Path) -> PathField:
         arrays = {
             name: stored[name]
             for name in stored.files
-            if name not in ("model", "config", "frame")
+            if name not in ("model", "config", "frame", "ends")
         }
-    return PathField(Acoustics.from_arrays(arrays), frame, config)
+        ends = stored["ends"] if "ends" in stored.files else None
+    return PathField(Acoustics.from_arrays(arrays), frame, config, ends)
