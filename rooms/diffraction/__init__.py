@@ -1,6 +1,6 @@
 """Edge diffraction: UTD for rooms, and an exact reference."""
 
-from rooms.diffraction.edges import Edges, find_edges
+from rooms.diffraction.edges import Edges, edges_of, find_edges
 from rooms.diffraction.paths import DiffractedPaths, diffracted_paths
 
-__all__ = ["DiffractedPaths", "Edges", "diffracted_paths", "find_edges"]
+__all__ = ["DiffractedPaths", "Edges", "diffracted_paths", "edges_of", "find_edges"]

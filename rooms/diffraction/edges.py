@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from rooms.mesh import MeshGeometry
 from rooms.mesh.nearness import nearest_gap
 
-__all__ = ["Edges", "find_edges"]
+__all__ = ["Edges", "edges_of", "find_edges"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -85,6 +86,12 @@ def find_edges(geometry: MeshGeometry, *, least_opening_deg: float = 181.0) -> E
         none, flat, whole = np.zeros((0, 3)), np.zeros(0), np.zeros((0, 2), np.int64)
         return Edges(none, none, flat, none, none, flat, whole, whole)
     return Edges(*(np.array(column) for column in zip(*rows, strict=True)))
+
+
+@lru_cache(maxsize=16)
+def edges_of(geometry: MeshGeometry) -> Edges:
+    """Return the edges of `find_edges`, found once per room."""
+    return find_edges(geometry)
 
 
 def _mesh_edges(geometry: MeshGeometry) -> Iterator[tuple[IntArray, IntArray]]:

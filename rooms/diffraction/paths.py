@@ -1,17 +1,19 @@
 """Paths that bend around one or two edges."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rir.errors import SceneError
-from rooms.diffraction.edges import Edges, find_edges
+from rooms.diffraction.edges import Edges, edges_of
+from rooms.diffraction.single import bent_once
 from rooms.diffraction.utd import diffraction_coefficient
 from rooms.mesh import MeshGeometry
 
-__all__ = ["DiffractedPaths", "diffracted_paths"]
+__all__ = ["Bender", "DiffractedPaths", "diffracted_paths"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -38,6 +40,8 @@ class DiffractedPaths:
         Pressure where the free field is 1/d, without the delay of the length.
     edges : ndarray, shape (n, 2)
         Edges in order of travel, then -1.
+    mirrors : ndarray, shape (n,)
+        Number of mirrors on the way: 0 or 1.
     """
 
     listener: IntArray
@@ -47,6 +51,7 @@ class DiffractedPaths:
     order: IntArray
     gain: ComplexArray
     edges: IntArray
+    mirrors: IntArray
 
     def __len__(self) -> int:
         return len(self.listener)
@@ -60,6 +65,7 @@ def diffracted_paths(
     bands: ArrayLike,
     speed_of_sound: float,
     max_order: int = 2,
+    max_mirrors: int = 1,
     reflection: ArrayLike | None = None,
     edges: Edges | None = None,
 ) -> DiffractedPaths:
@@ -69,9 +75,10 @@ def diffracted_paths(
     elsewhere, as are pairs with an edge that opens less than 200 degrees.
 
     In the light of the emitter the diffracted sound makes up for the steps where
-    mirror paths end; in its shadow it is all there is. The ways go straight from
-    the emitter to an edge and on; ways that are mirrored as well are left out.
-    Exchanging the ends gives the same lengths and gains.
+    mirror paths end; in its shadow it is all there is. Ways around one edge may be
+    mirrored once, before or after it: they are those of an image, where the mirror
+    is seen from the device and from the edge. Ways around two edges go straight
+    between them. Exchanging the ends gives the same lengths and gains.
 
     Parameters
     ----------
@@ -87,6 +94,8 @@ def diffracted_paths(
         Speed of sound [m/s].
     max_order : int
         Most edges on a way, 1 or 2.
+    max_mirrors : int
+        Most mirrors on a way around one edge, 0 or 1.
     reflection : array_like, shape (surfaces, bands), optional
         Amplitude reflection factors; rigid when left out.
     edges : Edges, optional
@@ -113,26 +122,28 @@ def diffracted_paths(
     """
     if max_order not in (0, 1, 2):
         raise SceneError(f"1 or 2 edges can be bent around, not {max_order}")
-    edges = find_edges(geometry) if edges is None else edges
+    if max_mirrors not in (0, 1):
+        raise SceneError(f"a bent way can be mirrored 0 or 1 times, not {max_mirrors}")
+    edges = edges_of(geometry) if edges is None else edges
     wave = 2 * np.pi * np.asarray(bands, dtype=float) / speed_of_sound
     factors = np.ones((geometry.surfaces, len(wave)))
     if reflection is not None:
         factors = np.asarray(reflection, dtype=float)
     start = geometry.localised(emitter)[0]
     ends = geometry.localised(listeners)
-    finder = _Finder(geometry, edges, wave, factors)
-    found = []
-    for index, end in enumerate(ends):
-        if len(edges) == 0 or max_order == 0:
-            break
-        found += finder.once(index, start, end)
-        if max_order == 2 and not geometry.sees(start, end[None])[0]:
-            found += finder.twice(index, start, end)
+    bender = Bender(geometry, edges, wave, factors)
+    found: list[tuple] = []
+    if len(edges) and max_order and len(ends):
+        found = bent_once(bender, start, ends, max_mirrors)
+        hidden = ~geometry.sees(start, ends) if max_order == 2 else np.zeros(0, bool)
+        for index in np.nonzero(hidden)[0]:
+            found += bender.twice(int(index), start, ends[index])
     if not found:
         none, flat = np.zeros((0, 3)), np.zeros(0)
         whole, pairs = np.zeros(0, np.int64), np.zeros((0, 2), np.int64)
         gain = np.zeros((0, len(wave)), complex)
-        return DiffractedPaths(whole, flat, none, none, whole, gain, pairs)
+        return DiffractedPaths(whole, flat, none, none, whole, gain, pairs, whole)
+    found.sort(key=lambda row: (row[0], row[1]))
     return DiffractedPaths(*(np.array(part) for part in zip(*found, strict=True)))
 
 
@@ -140,7 +151,7 @@ def _unit(vectors: FloatArray) -> FloatArray:
     return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
-class _Finder:
+class Bender:
     """Finds and weighs the ways around the edges of one room."""
 
     def __init__(
@@ -154,54 +165,30 @@ class _Finder:
         self.wave, self.factors = wave, factors
         self.lift = 10 * geometry.tolerance * edges.bisector
 
-    def once(self, index: int, start: FloatArray, end: FloatArray) -> list[tuple]:
-        """Return the ways around one edge."""
-        edges = self.edges
-        near, far = self._around(start), self._around(end)
-        total = near[0] + far[0]
-        with np.errstate(invalid="ignore", divide="ignore"):
-            place = (near[1] * far[0] + far[1] * near[0]) / total
-        usable = (place >= 0) & (place < edges.length)
-        usable &= (near[0] > 0) & (far[0] > 0)
-        usable &= (near[2] < edges.opening) & (far[2] < edges.opening)
-        which = np.nonzero(usable)[0]
-        points = edges.start[which] + place[which, None] * edges.way[which]
-        lifted = points + self.lift[which]
-        free = self.geometry.sees(start, lifted) & self.geometry.sees(end, lifted)
-        found = []
-        for edge, point in zip(which[free], points[free], strict=True):
-            one, other = np.linalg.norm(point - start), np.linalg.norm(point - end)
-            sine = near[0][edge] / one
-            bend = self._bend(edge, near[2][edge], far[2][edge], sine, one, other)
-            gain = bend / np.sqrt(one * other * (one + other))
-            found.append(
-                (
-                    index,
-                    one + other,
-                    _unit(point - start),
-                    _unit(point - end),
-                    1,
-                    gain,
-                    (edge, -1),
-                )
-            )
-        return found
+    @cached_property
+    def holds(self) -> NDArray[np.bool_]:
+        """Whether an edge lies in the plane of a panel, shape (panels, edges)."""
+        panels, edges = self.geometry.panels, self.edges
+        ends = edges.start, edges.start + edges.length[:, None] * edges.way
+        off = [np.abs(panels.normal @ p.T - panels.offset[:, None]) for p in ends]
+        return np.maximum(*off) <= 10 * self.geometry.tolerance
 
-    def _around(self, point: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return distance, place and angle of a point around every edge."""
+    def around(self, points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return distance, place and angle of points around edges, (N, edges) each."""
         edges = self.edges
-        way = point - edges.start
-        along = np.einsum("ij,ij->i", way, edges.way)
-        x = np.einsum("ij,ij->i", way, edges.tangent)
-        y = np.einsum("ij,ij->i", way, edges.normal)
+        way = points[:, None] - edges.start
+        along = np.einsum("nij,ij->ni", way, edges.way)
+        x = np.einsum("nij,ij->ni", way, edges.tangent)
+        y = np.einsum("nij,ij->ni", way, edges.normal)
         angle = np.arctan2(y, x)
         # a point on the first face has angle 0, not a full turn
         angle = np.where(angle < -1e-6, angle + 2 * np.pi, np.maximum(angle, 0.0))
         return np.hypot(x, y), along, angle
 
-    def _bend(
+    def bend(
         self, edge: int, one: Any, other: Any, sine: Any, near: Any, far: Any
     ) -> ComplexArray:
+        """Return the diffraction coefficient of an edge per band."""
         spread = near * far * sine**2 / (near + far)
         first, last = self.factors[self.edges.surfaces[edge]]
         opening = self.edges.opening[edge]
@@ -233,13 +220,13 @@ class _Finder:
         for k in keep:
             row = self._double(first[k], last[k], start, p[k], q[k], end)
             if row is not None:
-                found.append((index, *row, (first[k], last[k])))
+                found.append((index, *row, (first[k], last[k]), 0))
         return found
 
     def _reached(self, point: FloatArray) -> IntArray:
         """Return the sharp edges of which a point sees one of three places."""
         edges = self.edges
-        angle = self._around(point)[2]
+        angle = self.around(point[None])[2][0]
         sharp = (edges.opening > _SHARP) & (angle < edges.opening)
         which = np.nonzero(sharp)[0]
         seen = np.zeros(len(which), dtype=bool)
@@ -296,13 +283,15 @@ class _Finder:
             (first, start, q, a, b),
             (last, end, p, c, b),
         ):
-            one, other = self._around(before), self._around(after)
+            one, other = (
+                [part[0] for part in self.around(end[None])] for end in (before, after)
+            )
             opening = edges.opening[edge]
             if max(one[2][edge], other[2][edge]) > opening + 1e-6:
                 return None
             angles = np.minimum([one[2][edge], other[2][edge]], opening)
             sine = one[0][edge] / near
-            gain *= self._bend(edge, angles[0], angles[1], sine, near, far)
+            gain *= self.bend(edge, angles[0], angles[1], sine, near, far)
         if len(set(edges.panels[first]) & set(edges.panels[last])):
             # along a face the wave and its mirror image are one
             gain /= 2

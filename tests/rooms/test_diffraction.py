@@ -12,6 +12,7 @@ OCTAVES = 125.0 * 2 ** np.arange(7)
 FLOOR = [(0, 0), (6, 0), (6, 2.5), (3, 2.5), (3, 5), (0, 5)]
 HORSESHOE = [(0, 0), (8, 0), (8, 6), (5.5, 6), (5.5, 3), (2.5, 3), (2.5, 6), (0, 6)]
 OPTIONS = {"bands": OCTAVES, "speed_of_sound": C}
+PLAIN = {**OPTIONS, "max_mirrors": 0}
 
 
 def utd(opening, one, other, near=2.0, far=2.0, frequencies=OCTAVES):
@@ -60,8 +61,8 @@ def test_on_the_shadow_boundary_half_the_pressure_is_left_at_high_frequency():
 def test_exchanging_the_ends_changes_no_bit():
     room = MeshGeometry.extruded(HORSESHOE, 3)
     a, b = [1, 5, 1], [7, 5, 1.5]
-    there = diffracted_paths(room, a, [b], **OPTIONS)
-    back = diffracted_paths(room, b, [a], **OPTIONS)
+    there = diffracted_paths(room, a, [b], **PLAIN)
+    back = diffracted_paths(room, b, [a], **PLAIN)
     assert there.order.tolist() == [2]
     np.testing.assert_allclose(back.length, there.length, rtol=1e-12)
     np.testing.assert_allclose(back.gain, there.gain, rtol=1e-10)
@@ -70,7 +71,7 @@ def test_exchanging_the_ends_changes_no_bit():
 
 def test_way_around_a_corner_unfolds_to_the_shortest():
     room = MeshGeometry.extruded(FLOOR, 3)
-    ways = diffracted_paths(room, [1, 4.5, 1], [[5.5, 1, 1.5]], **OPTIONS)
+    ways = diffracted_paths(room, [1, 4.5, 1], [[5.5, 1, 1.5]], **PLAIN)
     flat = np.hypot(2, 2) + np.hypot(2.5, 1.5)
     np.testing.assert_allclose(ways.length, np.hypot(flat, 0.5))
     assert ways.order.tolist() == [1]
@@ -93,7 +94,7 @@ def test_screen_bends_at_its_free_rim_only():
     room = MeshGeometry.from_arrays(vertices, faces)
     rims = find_edges(room, least_opening_deg=300)
     assert len(rims) == 1
-    ways = diffracted_paths(room, [1, 1, 1], [[5, 1, 1.2]], **OPTIONS)
+    ways = diffracted_paths(room, [1, 1, 1], [[5, 1, 1.2]], **PLAIN)
     np.testing.assert_allclose(ways.length, [np.hypot(2 * np.hypot(2, 2), 0.2)])
     level = 20 * np.log10(np.abs(ways.gain[0]) * np.hypot(4, 0.2))
     fresnel = 2 * (2 * np.hypot(2, 2) - 4) / (C / OCTAVES)
@@ -117,3 +118,100 @@ def test_more_than_two_edges_are_refused():
         diffracted_paths(
             MeshGeometry.box((1, 1, 1)), [0.5] * 3, [[0.5] * 3], **OPTIONS, max_order=3
         )
+
+
+def around_the_corner(here, there):
+    """Return the way from an image around the one edge of FLOOR, by Biot et al."""
+    ends = []
+    for place in (here, there):
+        x, y = place[0] - 3, place[1] - 2.5
+        # from the face along +x the air goes clockwise to the face along +y
+        ends.append((np.hypot(x, y), -np.arctan2(y, x) % (2 * np.pi), place[2]))
+    return wedge_pressure(1.5 * np.pi, *ends, OCTAVES, C)
+
+
+@pytest.mark.parametrize(
+    ("normal", "offset"),
+    [((0, 0, 1), 0.0), ((0, 0, 1), 3.0), ((1, 0, 0), 0.0), ((0, 1, 0), 0.0)],
+    ids=["floor", "ceiling", "wall before", "wall after"],
+)
+def test_a_mirrored_way_is_the_exact_wedge_seen_by_an_image(normal, offset):
+    room = MeshGeometry.extruded(FLOOR, 3)
+    here, there = np.array([1.2, 4.4, 1.1]), np.array([5.3, 1.0, 1.6])
+    ways = diffracted_paths(room, here, [there], **OPTIONS)
+    images = [
+        (p - 2 * (p @ normal - offset) * np.array(normal), q)
+        for p, q in ((here, there), (there, here))
+    ]
+    lengths = [
+        np.hypot(np.hypot(*(p - [3, 2.5, 0])[:2]) + np.hypot(*(q - [3, 2.5, 0])[:2]),
+                 p[2] - q[2])
+        for p, q in images
+    ]  # fmt: skip
+    found = [
+        (k, image)
+        for image, length in zip(images, lengths, strict=True)
+        for k in np.nonzero(np.abs(ways.length - length) < 1e-9)[0]
+    ]
+    assert len(found) >= 1
+    for k, image in found:
+        assert ways.mirrors[k] == 1
+        exact = around_the_corner(*image)
+        error = 20 * np.log10(np.abs(ways.gain[k] / exact))
+        assert np.abs(error).max() < 0.3
+
+
+def test_a_floor_mirrors_a_bent_way_exactly_once():
+    # unfolded over the floor, a way meets the edge above or below it, never both
+    room = MeshGeometry.extruded(FLOOR, 3)
+    rng = np.random.default_rng(2)
+    for _ in range(20):
+        here = rng.uniform([0.2, 2.8, 0.2], [2.8, 4.8, 2.8])
+        there = rng.uniform([3.2, 0.2, 0.2], [5.8, 2.3, 2.8])
+        ways = diffracted_paths(room, here, [there], **OPTIONS)
+        flat = sum(np.hypot(*(p - [3, 2.5, 0])[:2]) for p in (here, there))
+        for up in (here[2] + there[2], 6 - here[2] - there[2]):
+            assert np.sum(np.abs(ways.length - np.hypot(flat, up)) < 1e-9) == 1
+
+
+def test_mirrored_ways_are_exchanged_like_any_other():
+    room = MeshGeometry.extruded(HORSESHOE, 3)
+    factors = np.linspace(0.4, 0.95, room.surfaces * 7).reshape(-1, 7)
+    for a, b in (([1, 5, 1], [4, 1, 1.5]), ([1, 5, 1], [6.5, 2, 2.2])):
+        there = diffracted_paths(room, a, [b], **OPTIONS, reflection=factors)
+        back = diffracted_paths(room, b, [a], **OPTIONS, reflection=factors)
+        assert there.mirrors.max() == 1
+        one, other = (
+            np.lexsort((np.abs(ways.gain[:, 0]).round(9), ways.length.round(9)))
+            for ways in (there, back)
+        )
+        np.testing.assert_allclose(back.length[other], there.length[one], rtol=1e-12)
+        np.testing.assert_allclose(back.gain[other], there.gain[one], rtol=1e-9)
+        leave, reach = there.arrival[one], back.departure[other]
+        np.testing.assert_allclose(reach, leave, atol=1e-9)
+
+
+def test_a_mirror_takes_its_share_and_must_be_wide_enough():
+    room = MeshGeometry.extruded(FLOOR, 3)
+    places = [1.2, 4.4, 1.1], [[5.3, 1.0, 1.6]]
+    hard = np.ones((room.surfaces, 7))
+    soft = hard.copy()
+    soft[room.surface_names.index("floor")] = 0.5
+    ways = [
+        diffracted_paths(room, *places, **OPTIONS, reflection=r) for r in (hard, soft)
+    ]
+    share = np.abs(ways[1].gain / ways[0].gain)[:, 0]
+    downwards = ways[0].departure[:, 2] < -0.1
+    downwards |= ways[0].arrival[:, 2] < -0.1
+    assert {*np.round(share, 9)} == {0.5, 1.0}
+    np.testing.assert_allclose(share[ways[0].mirrors == 0], 1.0)
+    assert np.all(downwards[share < 0.9])
+    # a hole where the way meets the wall x = 0 takes that way alone
+    whole = diffracted_paths(room, *places, **OPTIONS)
+    holed = [(0, 0), (6, 0), (6, 2.5), (3, 2.5), (3, 5), (0, 5),
+             (0, 3.9), (-1, 3.9), (-1, 2.9), (0, 2.9)]  # fmt: skip
+    fewer = diffracted_paths(MeshGeometry.extruded(holed, 3), *places, **OPTIONS)
+    lost = [k for k in whole.length if np.abs(fewer.length - k).min() > 1e-6]
+    image = np.array([-1.2, 4.4])
+    flat = np.hypot(*(image - [3, 2.5])) + np.hypot(2.3, 1.5)
+    np.testing.assert_allclose(lost, [np.hypot(flat, 0.5)])

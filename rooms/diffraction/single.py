@@ -1,0 +1,83 @@
+"""Ways around one edge, also mirrored once before or after it."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rooms.diffraction.ends import Ends, Legs, mirrored_ends
+
+if TYPE_CHECKING:
+    from rooms.diffraction.paths import Bender
+
+__all__ = ["bent_once"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+_BLOCK = 200_000
+"""Pairs times edges looked at in one go."""
+
+
+def bent_once(
+    bender: "Bender", emitter: FloatArray, listeners: FloatArray, mirrors: int
+) -> list[tuple]:
+    """Return rows of all ways around one edge; see `DiffractedPaths`.
+
+    A mirrored way is one from or to an image in a panel, bent like any other: the
+    edge sees the image. A panel that holds the edge is left out, since what its
+    faces mirror is part of the diffraction itself.
+    """
+    geometry = bender.geometry
+    starts = mirrored_ends(geometry, emitter[None], mirrors > 0)
+    ends = mirrored_ends(geometry, listeners, mirrors > 0)
+    plain = len(listeners)
+    rows: list[tuple] = []
+    for start in range(len(starts)):
+        # at most one mirror on a way
+        count = len(ends) if start == 0 else plain
+        step = max(1, _BLOCK // max(1, len(bender.edges)))
+        for first in range(0, count, step):
+            part = ends[slice(first, min(first + step, count))]
+            same = starts[np.full(len(part), start)]
+            rows += _ways(bender, same, part)
+    return rows
+
+
+def _ways(bender: "Bender", starts: Ends, ends: Ends) -> Iterator[tuple]:
+    """Yield rows of ways between pairs of ends."""
+    geometry, edges = bender.geometry, bender.edges
+    near, far = bender.around(starts.image[:1]), bender.around(ends.image)
+    total = near[0] + far[0]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        place = (near[1] * far[0] + far[1] * near[0]) / total
+    usable = (place >= 0) & (place < edges.length)
+    usable &= (near[0] > 0) & (far[0] > 0)
+    usable &= (near[2] < edges.opening) & (far[2] < edges.opening)
+    for side in (starts, ends):
+        usable &= ~(bender.holds[side.panel] & side.mirrored[:, None])
+    pair, edge = np.nonzero(usable)
+    points = edges.start[edge] + place[usable][:, None] * edges.way[edge]
+    lifted = points + bender.lift[edge]
+    legs = [Legs.between(geometry, side[pair], lifted) for side in (starts, ends)]
+    keep = np.nonzero(legs[0].free & legs[1].free)[0]
+    for k in keep:
+        n, e = pair[k], edge[k]
+        one = float(np.linalg.norm(points[k] - starts.image[n]))
+        other = float(np.linalg.norm(points[k] - ends.image[n]))
+        sine = near[0][0, e] / one
+        angles = near[2][0, e], far[2][n, e]
+        gain = bender.bend(e, *angles, sine, one, other)
+        for leg in legs:
+            if leg.surface[k] >= 0:
+                gain = gain * bender.factors[leg.surface[k]]
+        yield (
+            ends.owner[n],
+            one + other,
+            legs[0].facing[k],
+            legs[1].facing[k],
+            1,
+            gain / np.sqrt(one * other * (one + other)),
+            (e, -1),
+            int(starts.panel[n] >= 0) + int(ends.panel[n] >= 0),
+        )
