@@ -1,6 +1,7 @@
 """A tree of boxes, sixteen to a node, around the triangles of a mesh."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +10,7 @@ __all__ = ["Hierarchy", "build_hierarchy"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-_WIDTH, _PACK = 16, 8
+_WIDTH, _PACK, _LINE = 16, 8, 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,11 +90,20 @@ def build_hierarchy(
         children.append(links)
     members = np.array(faces)
     return Hierarchy(
-        np.array(nodes).astype(np.float32),
+        _aligned(np.array(nodes).astype(np.float32)),
         np.array(children),
-        _packed(corners, doubled, members),
+        _aligned(_packed(corners, doubled, members)),
         members,
     )
+
+
+def _aligned(array: NDArray[Any]) -> NDArray[Any]:
+    """Return a copy of which no row of 64 bytes lies on two lines of the cache."""
+    room = np.empty(array.nbytes + _LINE, dtype=np.uint8)
+    start = -room.ctypes.data % _LINE
+    copy = room[start : start + array.nbytes].view(array.dtype).reshape(array.shape)
+    copy[...] = array
+    return copy
 
 
 def _half_area(low: FloatArray, high: FloatArray, group: IntArray) -> float:

@@ -3,7 +3,14 @@
 import numpy as np
 from numba import njit
 
-from rooms.mesh.lanes import boxes_hit, lowest_bit, triangles_hit
+from rooms.mesh.lanes import (
+    boxes_hit,
+    key_of,
+    lowest_bit,
+    nearest_box,
+    next_box,
+    triangles_hit,
+)
 
 DEPTH = 256
 FEW = 4
@@ -32,17 +39,18 @@ def first_hit(
     wy,
     wz,
     limit,
-    stack,
-    depth,
-    near,
+    owner,
+    keys,
     far,
 ):
     """Return (distance, triangle) of the nearest hit before `limit`, or -1.
 
-    `stack`, `depth` (DEPTH), `near` (16), float32, and `far` (32) are working space.
+    `owner` (DEPTH), `keys` (DEPTH * 16), int32, and `far` (32) are working space.
     Arrays come one by one: unpacking a tuple here would cost more than the search.
     """
     best, face = limit, np.int64(-1)
+    if limit <= 0.0:
+        return best, face
     if len(packs) <= FEW:
         mask = np.int64(0)
         for pack in range(len(packs)):
@@ -60,39 +68,32 @@ def first_hit(
     ix, iy, iz = 1.0 / steady(wx), 1.0 / steady(wy), 1.0 / steady(wz)
     signs = np.int64(ix < 0.0) + 2 * np.int64(iy < 0.0) + 4 * np.int64(iz < 0.0)
     ax, ay, az = -ox * ix, -oy * iy, -oz * iz
-    node, top = np.int64(0), 0
+    top, owner[0] = 0, 0
+    key = nearest_box(nodes, 0, signs, ix, iy, iz, ax, ay, az, best, keys, 0)
+    enough = key_of(best)
     while True:
-        if node >= 0:
-            mask = boxes_hit(nodes, node, signs, ix, iy, iz, ax, ay, az, best, near)
-            if mask:
-                lane = lowest_bit(mask)
-                mask &= mask - 1
-                here = node
-                least, node = near[lane], children[here, lane]
-                while mask:
-                    lane = lowest_bit(mask)
-                    mask &= mask - 1
-                    key, link = near[lane], children[here, lane]
-                    if key < least:
-                        key, least = least, key
-                        link, node = node, link
-                    depth[top], stack[top] = key, link
-                    top += 1
-                continue
-        else:
-            pack = -1 - node
-            mask = triangles_hit(packs, pack, ox, oy, oz, wx, wy, wz, best, far, 0)
-            while mask:
-                lane = lowest_bit(mask)
-                mask &= mask - 1
-                if far[lane] < best:
-                    best, face = far[lane], faces[pack, lane]
-        while top > 0 and depth[top - 1] >= best:
+        if key >= enough:
+            if top == 0:
+                return best, face
             top -= 1
-        if top == 0:
-            return best, face
-        top -= 1
-        node = stack[top]
+            key = next_box(keys, top)
+            continue
+        node = children[owner[top], key & 15]
+        if node >= 0:
+            top += 1
+            owner[top] = node
+            key = nearest_box(
+                nodes, node, signs, ix, iy, iz, ax, ay, az, best, keys, top
+            )
+            continue
+        mask = triangles_hit(packs, -1 - node, ox, oy, oz, wx, wy, wz, best, far, 0)
+        while mask:
+            lane = lowest_bit(mask)
+            mask &= mask - 1
+            if far[lane] < best:
+                best, face = far[lane], faces[-1 - node, lane]
+                enough = key_of(best)
+        key = next_box(keys, top)
 
 
 @njit(cache=True, nogil=True)

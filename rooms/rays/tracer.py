@@ -144,6 +144,8 @@ class Tracer:
         shape = (len(here), len(there), self.bins, bands)
         energy, square = np.zeros(shape), np.zeros(shape)
         spread = energy, square, np.zeros((*shape[:2], bands))
+        if not len(here):
+            return spread
         flux, more = self._room(len(here)), self._room(min(_AT_ONCE, len(there)))
         sent = [self._leave(here, k, there, flux[k]) for k in range(len(here))]
         for row, one in enumerate(sent):

@@ -109,7 +109,8 @@ def trace(
     rows = len(start) // WIDTH
     group = max(WIDTH // width, 1)
     meets = len(flux) > 0
-    stack, depth = np.empty(DEPTH, dtype=np.int64), np.empty(DEPTH)
+    stack, owner = np.empty(DEPTH, dtype=np.int64), np.empty(DEPTH, dtype=np.int64)
+    keys = np.empty(16 * DEPTH, dtype=np.int32)
     near, far = np.empty(16, dtype=np.float32), np.empty(8 * FEW)
     chord_square = np.empty(places)
     carried, odds = np.empty(len(start)), np.empty(len(start))
@@ -142,9 +143,8 @@ def trace(
                 wy,
                 wz,
                 reach - gone,
-                stack,
-                depth,
-                near,
+                owner,
+                keys,
                 far,
             )
             segments += 1

@@ -179,8 +179,8 @@ def test_first_hits_match_trying_every_triangle():
         corners.reshape(-1, 3), np.arange(1200).reshape(-1, 3)
     )
     search: Any = first_hit
-    stack, depth = np.empty(DEPTH, np.int64), np.empty(DEPTH)
-    near, far = np.empty(16, np.float32), np.empty(8 * FEW)
+    owner, keys = np.empty(DEPTH, np.int64), np.empty(16 * DEPTH, np.int32)
+    far = np.empty(8 * FEW)
     for _ in range(200):
         origin, way = rng.uniform(-2, 2, 3), rng.standard_normal(3)
         way /= np.linalg.norm(way)
@@ -193,9 +193,7 @@ def test_first_hits_match_trying_every_triangle():
         t = np.einsum("ij,ij->i", c - a, q) / det
         met = (u >= 0) & (v >= 0) & (u + v <= 1) & (t > 0)
         wanted = np.where(met, t, np.inf).min()
-        got, face = search(
-            *room.hierarchy.arrays, *origin, *way, 1e9, stack, depth, near, far
-        )
+        got, face = search(*room.hierarchy.arrays, *origin, *way, 1e9, owner, keys, far)
         if np.isfinite(wanted):
             np.testing.assert_allclose(got, wanted, rtol=1e-9)
         else:
