@@ -20,7 +20,7 @@ from fields.path.shoebox import FittedRoom
 from rir import GainPattern, Poses
 from rir.harmonics import evaluate_harmonics
 
-__all__ = ["aimed_offsets", "directivity", "fit_open_air"]
+__all__ = ["aimed_offsets", "direct_windows", "directivity", "fit_open_air"]
 
 ROWS = 80
 TAPS_S = 0.0012, 0.0024
@@ -54,14 +54,24 @@ def fit_open_air(
     return FittedRoom(fitted.room, plain, fitted.covariance, fitted.active)
 
 
-def _windows(rows: FitSet, latency_s: float) -> np.ndarray:
+def direct_windows(
+    reach: np.ndarray,
+    speed: float,
+    latency_s: float,
+    n_samples: int,
+    sample_rate: float,
+) -> np.ndarray:
     """Return windows that only direct sounds pass, shape (rows, n_samples)."""
-    arrival = rows.distances / rows.speed_of_sound + latency_s
-    times = np.arange(rows.n_samples) / rows.sample_rate - arrival[:, None]
+    times = np.arange(n_samples) / sample_rate - (reach / speed + latency_s)[:, None]
     before, after = TAPS_S
     rise = np.clip((times + before) / (0.5 * before), 0, 1)
     fall = np.clip((after - times) / (0.5 * after), 0, 1)
     return np.sin(0.5 * np.pi * np.minimum(rise, fall)) ** 2
+
+
+def _windows(rows: FitSet, latency_s: float) -> np.ndarray:
+    timing = rows.distances, rows.speed_of_sound, latency_s
+    return direct_windows(*timing, rows.n_samples, rows.sample_rate)
 
 
 def directivity(rows: FitSet, latency_s: float) -> float:
