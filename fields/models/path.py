@@ -140,10 +140,19 @@ def fit(data: FieldData, config: Config, plan: TrainingPlan) -> PathField:
         FitSet.of(data),
         **sizes,
         listening=data.frame.listener_gain,
+        emitting=data.frame.emitter_gain,
+        aimed=unequal(data.frame),
         shape=shape,
     )
     ends = data.endpoints[:: -(-len(data) // MOST_ENDS)]
     return PathField(acoustics, data.frame, config, ends)
+
+
+def unequal(frame: SceneFrame) -> bool | None:
+    """Return whether the devices differ in pattern, None where one is unknown."""
+    if frame.emitter_gain is None or frame.listener_gain is None:
+        return None
+    return frame.emitter_gain != frame.listener_gain
 
 
 def drawn_shape(geometry: str, frame: SceneFrame) -> Polyhedron | None:

@@ -9,13 +9,14 @@ from numpy.typing import NDArray
 from fields.path.bank import PulseBank
 from fields.path.box import Box, assemble_boxes
 from fields.path.coloring import Coloring
-from fields.path.completion import Completion
 from fields.path.direct import read_direct
 from fields.path.fallback import NearestRows
 from fields.path.fitset import FitSet
+from fields.path.open_air import fit_open_air
 from fields.path.opened import open_box
 from fields.path.polyhedral import FittedMesh, fit_drawn, mesh_alarms
 from fields.path.polyhedron import Polyhedron
+from fields.path.rest import Rest
 from fields.path.room import MOST_IMAGES, BoxRoom
 from fields.path.scan import scan_planes, scan_signals
 from fields.path.shoebox import FittedRoom, fit_shoebox, likeliest
@@ -43,10 +44,11 @@ class Acoustics:
     Parameters
     ----------
     fitted : FittedRoom, FittedMesh or None
-        The room, a box or one of flat faces; None when no geometry explains the rows.
+        The room, a box or one of flat faces; a box without walls where only direct
+        sounds are sure, None where not even they are.
     rows : NearestRows or None
-        Held only where there is no room.
-    completion : Completion or None
+        Held only where nothing is fitted.
+    rest : Rest or None
         What fills in for the paths; None where they explain all.
     unexplained : float
         Part of the energy of the fitted rows that paths do not tell.
@@ -56,7 +58,7 @@ class Acoustics:
 
     fitted: FittedRoom | FittedMesh | None
     rows: NearestRows | None
-    completion: Completion | None
+    rest: Rest | None
     unexplained: float
     alarms: list[str] = field(default_factory=list)
 
@@ -68,9 +70,9 @@ class Acoustics:
             early = self.rows.predict(emitters, listeners, n_samples)
         else:
             early = np.zeros((len(emitters), n_samples))
-        if self.completion is None:
+        if self.rest is None:
             return early
-        return self.completion.apply(early, emitters, listeners)
+        return self.rest.apply(early, emitters, listeners)
 
     def emitter_gain(self) -> GainPattern:
         """Return the emitter's pattern, with a mean gain of 1 over directions."""
@@ -83,6 +85,8 @@ class Acoustics:
     def report(self) -> dict[str, Any]:
         """Return what was found, in plain values."""
         told = {"alarms": list(self.alarms), "unexplained": float(self.unexplained)}
+        if self.rest is not None:
+            told["held_out"] = self.rest.proof.scores
         if self.fitted is None:
             return told | {"walls": 0}
         if isinstance(self.fitted, FittedMesh):
@@ -108,15 +112,15 @@ class Acoustics:
             arrays |= _prefixed("room", _room_arrays(self.fitted))
         if self.rows is not None:
             arrays |= _prefixed("rows", vars(self.rows))
-        if self.completion is not None:
-            arrays |= _prefixed("late", self.completion.as_arrays())
+        if self.rest is not None:
+            arrays |= _prefixed("rest", self.rest.as_arrays())
         return {name: np.asarray(value) for name, value in arrays.items()}
 
     @classmethod
     def from_arrays(cls, arrays: dict[str, np.ndarray]) -> "Acoustics":
         """Rebuild what :meth:`as_arrays` returned."""
         room, rows = _part(arrays, "room"), _part(arrays, "rows")
-        late = _part(arrays, "late")
+        rest = _part(arrays, "rest")
         nearest = None
         if rows:
             rows["samples_a_metre"] = float(rows["samples_a_metre"])  # type: ignore
@@ -126,7 +130,7 @@ class Acoustics:
         return cls(
             FittedMesh.from_arrays(mesh) if mesh else fitted,
             nearest,
-            Completion.from_arrays(late) if late else None,
+            Rest.from_arrays(rest) if rest else None,
             float(arrays["unexplained"]),
             [str(one) for one in arrays["told"]],
         )
@@ -184,6 +188,8 @@ def hear_room(
     late: bool = True,
     listening: GainPattern | None = None,
     shape: Polyhedron | None = None,
+    emitting: GainPattern | None = None,
+    aimed: bool | None = None,
 ) -> Acoustics:
     """Find the room in the rows, fit it and complete it.
 
@@ -201,10 +207,15 @@ def hear_room(
         Known pattern of the listener; omnidirectional when left out.
     shape : Polyhedron, optional
         The room as drawn, to some centimetres; looked for blind when left out.
+    emitting : GainPattern, optional
+        Known pattern of the emitter; used where no wall is found.
+    aimed : bool, optional
+        Whether the devices differ in pattern; found out when left out.
     """
     fitted, alarms = _fitted(rows, scan_rows, reach_s, listening, shape)
+    patterns = listening, emitting, aimed
     if fitted is None:
-        return _without_room(rows, alarms)
+        return _without_room(rows, alarms, late, *patterns)
     judged = rows.spread(COMPLETED_ROWS)
     early = fitted.predict(judged.emitters, judged.listeners, rows.n_samples)
     loud = max(float((judged.responses**2).sum()), 1e-300)
@@ -213,9 +224,9 @@ def hear_room(
     if unexplained > 1.0 - 0.1 * (1 - POOR):
         alarms.append(
             f"the {fitted.n_walls} planes found explain nothing of "
-            "the waveforms; the nearest response is answered instead"
+            "the waveforms: none is believed"
         )
-        return _without_room(rows, alarms)
+        return _without_room(rows, alarms, late, *patterns)
     alarms += _room_alarms(fitted, unexplained)
     if rows.n_places == 1 and unexplained > LONE:
         alarms.append(
@@ -224,11 +235,12 @@ def hear_room(
             "is unexplained: a wall found may be the echo of two others; record a "
             "second emitter place"
         )
-    completion = None
+    rest = None
     if late and unexplained > PERFECT:
-        completion = Completion.fit(judged, early, fitted)
-        alarms += completion.alarms
-    return Acoustics(fitted, None, completion, unexplained, alarms)
+        late_s = _latency(fitted)
+        rest = Rest.fit(rows, judged, early, fitted, aimed=aimed, latency_s=late_s)
+        alarms += rest.alarms
+    return Acoustics(fitted, None, rest, unexplained, alarms)
 
 
 def _fitted(
@@ -243,12 +255,9 @@ def _fitted(
             f"{len(rows)} responses of {rows.n_samples} samples are too few to look "
             f"for walls in; at least {LEAST_ROWS} of {LEAST_SAMPLES} are needed"
         ]
-    power = (rows.responses**2).sum(axis=1)
-    heard = np.flatnonzero(power > 1e-12 * max(float(power.max()), 1e-300))
-    apart = heard[rows.distances[heard] > WIDE_M]
-    if len(apart) < LEAST_ROWS or not power.any():
+    rows = _sounding(rows)
+    if len(rows) < LEAST_ROWS:
         return None, ["too few responses hold sound and stand apart from their emitter"]
-    rows = rows.rows(apart)
     direct = read_direct(rows)
     if direct.clearness < LEAST_CLEARNESS:
         return None, [
@@ -283,8 +292,41 @@ def _longest(rows: FitSet, box: Box, reach_s: float) -> float:
     return float(min(reach_s * rows.speed_of_sound, dense))
 
 
-def _without_room(rows: FitSet, alarms: list[str]) -> Acoustics:
-    return Acoustics(None, NearestRows.of(rows), None, 1.0, alarms)
+def _without_room(
+    rows: FitSet,
+    alarms: list[str],
+    late: bool,
+    listening: GainPattern | None,
+    emitting: GainPattern | None,
+    aimed: bool | None,
+) -> Acoustics:
+    """Answer from direct sounds and rows, or where none is sure from rows alone."""
+    heard = _sounding(rows)
+    direct = read_direct(heard) if len(heard) >= LEAST_ROWS else None
+    if direct is None or direct.clearness < LEAST_CLEARNESS or not late:
+        alarms.append("the nearest response is answered")
+        return Acoustics(None, NearestRows.of(rows), None, 1.0, alarms)
+    air = fit_open_air(heard, direct, listening, emitting)
+    judged = heard.spread(COMPLETED_ROWS)
+    early = air.predict(judged.emitters, judged.listeners, rows.n_samples)
+    latency = direct.latency_s
+    rest = Rest.fit(heard, judged, early, air, aimed=aimed, latency_s=latency)
+    alarms += ["direct sounds, interpolated rows and late sound answer", *rest.alarms]
+    return Acoustics(air, None, rest, 1.0, alarms)
+
+
+def _sounding(rows: FitSet) -> FitSet:
+    """Return the rows that hold sound and whose ends stand apart."""
+    if rows.n_samples < LEAST_SAMPLES:
+        return rows.rows(np.arange(0))
+    power = (rows.responses**2).sum(axis=1)
+    loud = power > 1e-12 * max(float(power.max(initial=0.0)), 1e-300)
+    return rows.rows(np.flatnonzero(loud & (rows.distances > WIDE_M)))
+
+
+def _latency(fitted: FittedRoom | FittedMesh) -> float:
+    room = getattr(fitted, "room", fitted)
+    return float(getattr(room, "latency_s", 0.0))
 
 
 def _room_alarms(fitted: FittedRoom | FittedMesh, unexplained: float) -> list[str]:

@@ -42,9 +42,8 @@ class AlignedRows:
         Their ends.
     samples_a_metre : float
         Sample rate over speed of sound.
-    offsets : ndarray, shape (rows, 3) or (0, 3)
-        Listeners in the frame of their emitter, where rows are to be near by that
-        and not by both places.
+    offsets : ndarray, shape (rows, 3)
+        Listeners in the frame of their emitter.
     """
 
     responses: NDArray[np.float32]
@@ -54,60 +53,69 @@ class AlignedRows:
     offsets: FloatArray
 
     @classmethod
-    def of(cls, rows: FitSet, *, aimed: bool = False) -> "AlignedRows":
-        """Keep the rows of a set.
-
-        Parameters
-        ----------
-        rows : FitSet
-            Measured rows.
-        aimed : bool
-            Take rows for near where the listener stands alike in the frame of the
-            emitter. The answer then belongs to these devices in this order.
-        """
+    def of(cls, rows: FitSet) -> "AlignedRows":
+        """Keep the rows of a set."""
         rows = rows.spread(MOST_ROWS)
-        told = aimed_offsets(rows.emitters, rows.listeners)
         return cls(
             rows.responses.astype(np.float32),
             rows.emitters.positions,
             rows.listeners.positions,
             rows.sample_rate / rows.speed_of_sound,
-            told if aimed else told[:0],
+            aimed_offsets(rows.emitters, rows.listeners),
         )
 
-    def predict(self, emitters: Poses, listeners: Poses, n_samples: int) -> FloatArray:
-        """Return interpolated responses, shape (queries, n_samples)."""
-        return self._answer(emitters, listeners, n_samples)
+    def predict(
+        self,
+        emitters: Poses,
+        listeners: Poses,
+        n_samples: int,
+        *,
+        aimed: bool = False,
+    ) -> FloatArray:
+        """Return interpolated responses, shape (queries, n_samples).
 
-    def left_out(self, rows: FitSet) -> FloatArray:
+        Parameters
+        ----------
+        emitters, listeners : Poses
+            The ends.
+        n_samples : int
+            Length of an answer.
+        aimed : bool
+            Take rows for near where the listener stands alike in the frame of the
+            emitter. The answer then belongs to these devices in this order.
+        """
+        return self._answer(emitters, listeners, n_samples, aimed)
+
+    def left_out(self, rows: FitSet, *, aimed: bool = False) -> FloatArray:
         """Return what rows of this set are told by the other emitters' rows.
 
         With a single emitter place, by rows whose listener is elsewhere.
         """
-        by_emitter = rows.n_places > 1
         own, near = self.emitters, SAME_M
         unheard = rows.emitters.positions
-        if not by_emitter:
+        if rows.n_places < 2:
             own, near, unheard = self.listeners, APART_M, rows.listeners.positions
         hidden = _squares(unheard, own) < near**2
-        return self._answer(rows.emitters, rows.listeners, rows.n_samples, hidden)
+        ends = rows.emitters, rows.listeners
+        return self._answer(*ends, rows.n_samples, aimed, hidden)
 
     def _answer(
         self,
         emitters: Poses,
         listeners: Poses,
         n_samples: int,
+        aimed: bool,
         hidden: NDArray[np.bool_] | None = None,
     ) -> FloatArray:
         out = np.zeros((len(emitters), n_samples))
         first, second = emitters.positions, listeners.positions
         reach = np.linalg.norm(first - second, axis=1)
-        aimed = aimed_offsets(emitters, listeners) if len(self.offsets) else None
+        offsets = aimed_offsets(emitters, listeners)
         for start in range(0, len(first), CHUNK):
             part = slice(start, start + CHUNK)
             gaps = self._gaps(first[part], second[part])
-            if aimed is not None:
-                gaps = _squares(aimed[part], self.offsets) + FAINT * gaps
+            if aimed:
+                gaps = _squares(offsets[part], self.offsets) + FAINT * gaps
             if hidden is not None:
                 gaps = np.where(hidden[part], FAR, gaps)
             out[part] = self._mixed(gaps, reach[part], n_samples)

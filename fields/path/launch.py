@@ -127,7 +127,8 @@ def _spectra(
 
     count = responses.shape[1]
     window = direct_windows(reach, speed, latency_s, count, sample_rate)
-    size = 2 * (next_fast_len(count + round(RINGING_S * sample_rate), True) // 2)
+    wanted = count + round(RINGING_S * sample_rate)
+    size = 2 * ((next_fast_len(wanted, True) or wanted) // 2)
     spectra = np.asarray(rfft(responses * window, size))
     hertz = np.linspace(0, 0.5 * sample_rate, size // 2 + 1)
     top = 0.5 * sample_rate

@@ -7,16 +7,13 @@ when the ends are exchanged do not change either.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fields.path.tiles import Tiles
-from rir import Poses
 
-__all__ = ["Mixture", "Voice", "mixing_weights"]
+__all__ = ["mix", "mixing_weights"]
 
 FloatArray = NDArray[np.float64]
 EXPLAINED = 10 ** (-25 / 10)
@@ -26,45 +23,24 @@ MOST_WEIGHT = 1.2
 LEAST_WEIGHT = 0.05
 
 
-class Voice(Protocol):
-    """Answer responses for pairs of ends, the same both ways."""
-
-    def predict(self, emitters: Poses, listeners: Poses, n_samples: int) -> FloatArray:
-        """Return responses, shape (queries, n_samples)."""
-        ...
-
-
-@dataclass(frozen=True, eq=False)
-class Mixture:
-    """Hold voices and their weight in every tile.
+def mix(tiles: Tiles, weights: FloatArray, answers: Sequence[FloatArray]) -> FloatArray:
+    """Return the weighted sum of answers, shape (rows, n).
 
     Parameters
     ----------
-    voices : tuple of Voice
-        What is mixed; the first is the one that is believed where it explains.
-    weights : ndarray, shape (voices, bands, bins)
-        Amplitudes.
     tiles : Tiles
         Octaves and bins.
+    weights : ndarray, shape (answers, bands, bins)
+        Amplitudes; an answer of weight 1 everywhere comes back untouched.
+    answers : sequence of ndarray, each of shape (rows, n)
+        What is mixed.
     """
-
-    voices: tuple[Voice, ...]
-    weights: FloatArray
-    tiles: Tiles
-
-    def predict(self, emitters: Poses, listeners: Poses, n_samples: int) -> FloatArray:
-        """Return the weighted sum, shape (queries, n_samples)."""
-        answers = [one.predict(emitters, listeners, n_samples) for one in self.voices]
-        return self.mixed(answers)
-
-    def mixed(self, answers: Sequence[FloatArray]) -> FloatArray:
-        """Return the weighted sum of what the voices said."""
-        out = np.zeros_like(answers[0])
-        for answer, weight in zip(answers, self.weights, strict=True):
-            if weight.any():
-                every = np.broadcast_to(weight, (len(answer), *weight.shape))
-                out += self.tiles.gained(answer, every)
-        return out
+    out = np.zeros_like(answers[0])
+    for answer, weight in zip(answers, weights, strict=True):
+        if weight.any():
+            every = np.broadcast_to(weight, (len(answer), *weight.shape))
+            out += tiles.gained(answer, every)
+    return out
 
 
 def mixing_weights(

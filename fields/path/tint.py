@@ -70,5 +70,5 @@ def _minimum_phase(log_gain: np.ndarray, sample_rate: float) -> np.ndarray:
     cepstrum = np.asarray(irfft(log, size))
     cepstrum[1 : size // 2] *= 2
     cepstrum[size // 2 + 1 :] = 0
-    wave = np.asarray(irfft(np.exp(rfft(cepstrum)), size))[:taps]
+    wave = np.asarray(irfft(np.exp(np.asarray(rfft(cepstrum))), size))[:taps]
     return wave * np.cos(0.5 * np.pi * np.arange(taps) / taps) ** 2
