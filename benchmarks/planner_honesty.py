@@ -172,7 +172,9 @@ def wide_scene(rng: np.random.Generator, shape: str) -> Scene:
             kind: np.array([np.broadcast_to(m[kind], 7) for m in drawn])
             for kind in ("absorption", "scattering")
         }
-        return Scene.shoebox(size, **shares)
+        return Scene.shoebox(
+            size, absorption=shares["absorption"], scattering=shares["scattering"]
+        )
     if shape == "furnished":
         geometry = furniture_in(rng, np.maximum(size, (2.5, 2.5, 2.2)))
     else:
@@ -228,7 +230,8 @@ def measure(scene: Scene, plan: Plan, rate: int, duration: float, seed: int) -> 
     centers = heard[0] / 2, *map(float, heard)
     weights = band_weights(centers, rate, 2 * n)[1:]
     bands = np.fft.irfft(np.fft.rfft(h, 2 * n)[:, None] * weights, 2 * n)[..., :n] ** 2
-    found = decay_parameters(bands, 1 / rate)
+    way = np.linalg.norm(places.positions[1:] - places.positions[0], axis=1)
+    found = decay_parameters(bands, 1 / rate, way / scene.speed_of_sound)
     # as in the prediction: 60 dB of clarity and 70 are both silence after 50 ms
     found[1] = np.minimum(found[1], 60.0)
     return found, took

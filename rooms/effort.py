@@ -119,7 +119,11 @@ class Target:
 
 
 def spread_errors(
-    energy: FloatArray, error: FloatArray, paths: FloatArray, step: float
+    energy: FloatArray,
+    error: FloatArray,
+    paths: FloatArray,
+    step: float,
+    arrival: FloatArray | float = 0.0,
 ) -> dict[str, float]:
     """Return what the standard error of a histogram does to the parameters.
 
@@ -131,6 +135,8 @@ def spread_errors(
         Energy per bin of the paths listed singly, which is exact.
     step : float
         Width of a bin [s].
+    arrival : ndarray, shape (pairs,)
+        When the direct sound comes [s].
 
     Returns
     -------
@@ -142,7 +148,7 @@ def spread_errors(
     draws = []
     for _ in range(24):
         bent = energy + error * rng.standard_normal(energy.shape)
-        draws.append(decay_parameters(np.maximum(bent, 0) + paths, step))
+        draws.append(decay_parameters(np.maximum(bent, 0) + paths, step, arrival))
     values = np.array(draws)
     center, spread = values.mean(axis=0), values.std(axis=0)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -161,12 +167,26 @@ def _worst(values: FloatArray) -> float:
     return float(known.mean(axis=0).max(initial=0.0))
 
 
-def decay_parameters(energy: FloatArray, step: float) -> FloatArray:
-    """Return level, clarity, T and EDT, each (pairs, bands), stacked."""
+def decay_parameters(
+    energy: FloatArray, step: float, arrival: FloatArray | float = 0.0
+) -> FloatArray:
+    """Return level, clarity, T and EDT, each (pairs, bands), stacked.
+
+    Parameters
+    ----------
+    energy : ndarray, shape (pairs, bands, bins)
+        Energy per bin since the emission.
+    step : float
+        Width of a bin [s].
+    arrival : ndarray, shape (pairs,)
+        When the direct sound comes [s]; clarity counts from there (ISO 3382-1).
+    """
     left = np.cumsum(energy[..., ::-1], axis=-1)[..., ::-1]
     total = np.maximum(left[..., 0], 1e-300)
-    early = max(1, round(0.05 / step))
-    late = np.maximum(left[..., min(early, left.shape[-1] - 1)], 1e-300)
+    early = np.maximum(1, np.round((0.05 + np.asarray(arrival)) / step).astype(int))
+    last = np.minimum(early, left.shape[-1] - 1)
+    last = np.broadcast_to(last, left.shape[:1])[:, None, None]
+    late = np.maximum(np.take_along_axis(left, last, axis=-1)[..., 0], 1e-300)
     curve = np.maximum(decibels(left / total[..., None]), -200.0)
     clarity = decibels(np.maximum(total - late, 1e-300) / late)
     return np.stack(

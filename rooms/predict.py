@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,20 +31,39 @@ class Parameters:
 def equivalent_box(scene: Scene) -> Scene:
     """Return a scene whose shape is a box: the scene itself, or one of equal volume.
 
-    Another shape becomes its bounding box scaled to its volume, every wall with
-    the mean absorption and scattering: enough for statistics.
+    Another shape becomes its bounding box scaled to its volume. Each of the six walls
+    gets the mean of the surfaces that face its way, so that hard walls opposite each
+    other keep sound as long as in the room itself.
     """
     geometry = scene.geometry
     if isinstance(geometry, Shoebox):
         return scene
     size = np.maximum(np.asarray(geometry.size, dtype=float), 1e-3)
     size = size * (geometry.volume / np.prod(size)) ** (1 / 3)
-    weights = geometry.areas / geometry.areas.sum()
+    facing = _facing(geometry)
     shares = {
-        name: np.tile(weights @ getattr(scene, name), (6, 1))
+        name: facing @ getattr(scene, name)
         for name in ("absorption", "scattering", "transmission")
     }
     return replace(scene, geometry=Shoebox(size), **shares)
+
+
+def _facing(geometry: Any) -> FloatArray:
+    """Return how much of each box wall each surface is, shape (6, surfaces).
+
+    Weights are areas as seen along an axis; a wall that nothing faces is the mean.
+    """
+    normal = geometry.tables.planes[:, :3]
+    thin = ~geometry.panels.sided[geometry.panels.of_face]
+    total = np.tile(geometry.areas / geometry.areas.sum(), (6, 1))
+    for wall in range(6):
+        along = normal[:, wall // 2] * (1 if wall % 2 == 0 else -1)
+        seen = np.where(thin, np.abs(along), np.maximum(along, 0.0)) ** 2
+        weights = np.zeros(geometry.surfaces)
+        np.add.at(weights, geometry.face_surface, seen * geometry.face_areas)
+        if weights.sum() > 0:
+            total[wall] = weights / weights.sum()
+    return total
 
 
 @lru_cache(maxsize=64)
@@ -78,15 +98,15 @@ def predict_parameters(
     if air:
         energy *= np.exp(-box.air_loss * box.speed_of_sound * times[:, None])
         direct *= np.exp(-box.air_loss * distance)
-    return _parameters(energy, direct, times - times[0])
+    return _parameters(energy, direct, times, distance / box.speed_of_sound)
 
 
 def _parameters(
-    energy: FloatArray, direct: FloatArray, times: FloatArray
+    energy: FloatArray, direct: FloatArray, times: FloatArray, arrival: float
 ) -> Parameters:
     left = np.cumsum(energy[::-1], axis=0)[::-1]
     total = left[0] + direct
-    early = direct + energy[times < 0.05].sum(axis=0)
+    early = direct + energy[times < arrival + 0.05].sum(axis=0)
     curve = np.maximum(decibels(left / total), -200.0)
     with np.errstate(divide="ignore"):
         clarity = decibels(early / np.maximum(total - early, 1e-30 * total))

@@ -203,7 +203,9 @@ def estimated_errors(sound: Sound) -> dict[str, float]:
         for band in range(paths.shape[1]):
             where = arrivals.listener[inside], np.full(inside.sum(), band), at[inside]
             np.add.at(paths, where, arrivals.gain[inside, band] ** 2)
-    return spread_errors(energy, histogram.error[0], paths, step)
+    way = np.linalg.norm(sound.listeners.positions - sound.emitter.position, axis=1)
+    arrival = way / sound.scene.speed_of_sound
+    return spread_errors(energy, histogram.error[0], paths, step, arrival)
 
 
 def run_plan(
