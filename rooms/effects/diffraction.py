@@ -98,7 +98,12 @@ def bent_share(scene: Scene) -> Share:
         np.add.at(bent, (ways.mirrors, ways.listener), np.abs(ways.gain) ** 2)
         # each further mirror finds about as many ways and takes its share
         more = bent[1] * (1 - scene.mean_absorption)
-        shares.append([decibels(1 + part / heard) for part in (bent.sum(0), more)])
+        shares.append(
+            [
+                decibels(1 + part / np.maximum(heard, 1e-9))
+                for part in (bent.sum(0), more)
+            ]
+        )
     listed, left_out = np.max(shares, axis=(0, 2, 3))
     return Share(float(listed), float(left_out))
 
