@@ -1,0 +1,134 @@
+"""A box whose walls, air and devices differ from half octave to half octave."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fields.path.half_octaves import HalfOctaves, Kernels
+from fields.path.room import MOST_IMAGES, BoxRoom
+from rir import Poses
+
+__all__ = ["BandedRoom", "Ends"]
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+Ends = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
+class BandedRoom:
+    """Hold everything that renders the images of a box in half octaves.
+
+    Parameters
+    ----------
+    room : BoxRoom
+        Geometry, speed of sound, latency, order and reach.
+    grid : HalfOctaves
+        The bands.
+    walls : ndarray, shape (bands, 6)
+        Admittances over that of air where `angled`, else reflection factors.
+    angled : bool
+        Whether walls react locally: R = (cos - b) / (cos + b).
+    loss : ndarray, shape (bands,)
+        Attenuation of air, neper a metre.
+    phase : ndarray, shape (bands,)
+        Radians added to every arrival.
+    emitting, listening : ndarray, shape (bands, harmonics)
+        Patterns of the devices in their own frames.
+    source : ndarray, shape (bins,)
+        Complex spectrum of an arrival at 1 m.
+    """
+
+    room: BoxRoom
+    grid: HalfOctaves
+    walls: ComplexArray
+    angled: bool
+    loss: FloatArray
+    phase: FloatArray
+    emitting: FloatArray
+    listening: FloatArray
+    source: ComplexArray
+
+    def render(self, emitters: Poses, listeners: Poses, n_samples: int) -> FloatArray:
+        """Return the sum of all images, shape (rows, n_samples)."""
+        spectra = self.images(emitters, listeners) * self.source
+        sound = np.fft.irfft(spectra, self.grid.size)[:, : self.grid.n_samples]
+        out = np.zeros((len(emitters), n_samples))
+        kept = min(n_samples, sound.shape[1])
+        out[:, :kept] = sound[:, :kept]
+        return out
+
+    def images(self, emitters: Poses, listeners: Poses) -> ComplexArray:
+        """Return the spectra of all images of a flat source, shape (rows, bins)."""
+        kernels = self.kernels(np.ones(len(self.grid.hertz)))
+        return self.grid.joined(self.envelopes(emitters, listeners, kernels))
+
+    def envelopes(
+        self, emitters: Poses, listeners: Poses, kernels: Kernels
+    ) -> ComplexArray:
+        """Return what the kernels make of all images, shape (rows, total)."""
+        from fields.path.band_kernel import render_bands
+
+        out = np.zeros((len(emitters), self.grid.total), dtype=np.complex128)
+        render_bands(
+            *self.room.ends(emitters, listeners),
+            *self.inside(),
+            *_parts(kernels),
+            most_images(self),
+            out,
+        )
+        return out
+
+    def kernels(self, weight: FloatArray) -> Kernels:
+        """Return arrivals as the bands hear them, their phase included."""
+        plain = self.grid.kernels(weight)
+        turn = np.exp(1j * self.phase)[:, None, None]
+        return Kernels(
+            plain.starts,
+            plain.lengths,
+            plain.turns,
+            plain.rates,
+            np.ascontiguousarray(plain.taps * turn),
+            np.ascontiguousarray(plain.slopes * turn),
+        )
+
+    def inside(self) -> tuple[Any, ...]:
+        """Return geometry, walls and patterns as the compiled loops take them."""
+        room = self.room
+        return (
+            *room.geometry(self.grid.n_samples),
+            self.walls,
+            self.angled,
+            self.loss,
+            self.emitting,
+            self.listening,
+            room.least,
+            room.order,
+        )
+
+    def reflection(self) -> FloatArray:
+        """Return each wall's factor of energy at 60 degrees, shape (bands, 6)."""
+        if not self.angled:
+            return np.abs(self.walls) ** 2
+        return np.abs((0.5 - self.walls) / (0.5 + self.walls)) ** 2
+
+
+def _parts(kernels: Kernels) -> tuple[Any, ...]:
+    return (
+        kernels.starts,
+        kernels.lengths,
+        kernels.turns,
+        kernels.rates,
+        kernels.taps,
+    )
+
+
+def most_images(banded: BandedRoom) -> int:
+    """Return how many images a pair can have at most."""
+    size = banded.room.box.high - banded.room.box.low
+    reach = banded.room.geometry(banded.grid.n_samples)[-1]
+    # each axis holds one image a room's width, and some more at the rim
+    inside = 4 / 3 * np.pi * float(np.prod(reach / size + 1.5))
+    return int(min(max(inside, 64), 4 * MOST_IMAGES))
