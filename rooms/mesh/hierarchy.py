@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Hierarchy", "build_hierarchy"]
+__all__ = ["Hierarchy", "aligned", "build_hierarchy"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -90,14 +90,14 @@ def build_hierarchy(
         children.append(links)
     members = np.array(faces)
     return Hierarchy(
-        _aligned(np.array(nodes).astype(np.float32)),
+        aligned(np.array(nodes).astype(np.float32)),
         np.array(children),
-        _aligned(_packed(corners, doubled, members)),
+        aligned(_packed(corners, doubled, members)),
         members,
     )
 
 
-def _aligned(array: NDArray[Any]) -> NDArray[Any]:
+def aligned(array: NDArray[Any]) -> NDArray[Any]:
     """Return a copy of which no row of 64 bytes lies on two lines of the cache."""
     room = np.empty(array.nbytes + _LINE, dtype=np.uint8)
     start = -room.ctypes.data % _LINE

@@ -17,7 +17,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from rooms.rays.rows import WIDTH, add, meet, scale
+from rooms.rays.rows import WIDTH, add, meet, pour
 from rooms.rays.transform import find_order, find_turns, transform
 
 __all__ = ["Exchange", "Layout"]
@@ -61,6 +61,12 @@ class Layout:
     def shape(self) -> tuple[int, int, int]:
         """Groups, bins, and numbers per group and bin."""
         return -(-self.patches // self.group), self.bins, self.group * self.wide
+
+    @property
+    def bases(self) -> NDArray[np.int64]:
+        """Where each patch begins."""
+        group, place = np.divmod(np.arange(self.patches), self.group)
+        return group * self.bins * self.shape[2] + place * self.wide
 
     def laid_out(self, table: FloatArray) -> FloatArray:
         """Return numbers per patch and band, one row per group."""
@@ -225,25 +231,28 @@ def _gather(
     rows = span // WIDTH
     fine[:] = 0.0
     coarse[:] = 0.0
-    mean = coarse[batches]
-    for k in range(batches):
-        one = coarse[k]
-        for kind in range(2):
-            start = ((k * 2 + kind) * groups + group) * bins
-            share = scales[kind] / (1 + kind)
-            for t in range(bins):
-                at = (start + t) * rows + row
-                wide = share * coarse_damping[t // block]
-                add(fine, 2 * t, flux, at, share * damping[t] / batches)
-                add(one, 2 * (t // block), flux, at, wide)
-                if kind == 1:
-                    add(fine, 2 * t + 1, flux, at, share * damping[t] / batches)
-                    add(one, 2 * (t // block) + 1, flux, at, wide)
-    place = group * rows + row
+    each, mean = coarse[:batches], coarse[batches]
+    blocks = len(mean)
+    place, kind = group * rows + row, groups * bins * rows
     for t in range(bins):
-        for half in range(2):
-            scale(fine, 2 * t + half, roots, place, 1.0, 0.0)
+        at, c = (group * bins + t) * rows + row, t // block
+        for k in range(batches):
+            first = 2 * k * kind + at
+            pour(
+                fine,
+                t,
+                each,
+                k * blocks + c,
+                flux,
+                first,
+                first + kind,
+                roots,
+                place,
+                scales[0],
+                scales[1] / 2,
+                damping[t] / batches,
+                coarse_damping[c],
+            )
     for k in range(batches):
-        for t in range(2 * len(mean)):
-            scale(coarse[k], t, roots, place, 1.0, 0.0)
-            add(mean, t, coarse[k], t, 1.0 / batches)
+        for t in range(2 * blocks):
+            add(mean, t, each, k * 2 * blocks + t, 1.0 / batches)

@@ -1,12 +1,12 @@
 """Pieces of the surfaces, on which energy from two places meets."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rooms.mesh import MeshGeometry
+from rooms.mesh.hierarchy import aligned
 
 __all__ = ["Patches", "find_patches"]
 
@@ -50,10 +50,25 @@ class Patches:
     def __len__(self) -> int:
         return len(self.area)
 
-    @property
-    def arrays(self) -> tuple[Any, ...]:
-        """The arrays as compiled loops take them."""
-        return self.first, self.parts, self.whole, self.corner, self.across
+    def records(self, geometry: MeshGeometry) -> FloatArray:
+        """Return what a ray asks of the triangle it meets, shape (F, 16).
+
+        Normal and surface; first patches, parts (0 for one patch), and minus parts if
+        it is half of a parallelogram; then how many parts along either side a point
+        lies, as plane and offset. All in two lines of the cache.
+        """
+        pieces = self.parts.prod(axis=1) > 1
+        wide, deep = (self.parts * pieces[:, None]).T
+        offset = -np.einsum("fsk,fk->fs", self.across, self.corner)
+        columns = [
+            geometry.tables.planes[:, :3],
+            geometry.face_surface[:, None],
+            self.first,
+            wide[:, None],
+            np.where(self.whole, -deep, deep)[:, None],
+            np.dstack([self.across, offset]).reshape(-1, 8),
+        ]
+        return aligned(np.concatenate(columns, axis=1, dtype=float))
 
 
 def find_patches(geometry: MeshGeometry, count: int) -> Patches:
@@ -105,8 +120,7 @@ def _numbered(
     keys = [
         _keys(geometry, small, cell, np.where(both[small], side, 0)) for side in (0, 1)
     ]
-    _, index = np.unique(np.concatenate(keys), axis=0, return_inverse=True)
-    index = index.reshape(2, -1)
+    index = _groups(np.concatenate(keys)).reshape(2, -1)
     groups = int(index.max(initial=-1)) + 1
     summed, row = np.zeros(groups), np.zeros(groups, dtype=np.int64)
     for side in (0, 1):
@@ -115,6 +129,16 @@ def _numbered(
         row[index[side]] = geometry.face_surface[small]
         first[small, side] = count + index[side]
     return first, np.concatenate([areas, summed]), np.concatenate([surface, row])
+
+
+def _groups(keys: IntArray) -> IntArray:
+    """Return the number of each row among the different rows, in their order."""
+    number = np.zeros(len(keys), dtype=np.int64)
+    for column in keys.T:
+        # one number at a time, so that none grows too large
+        _, part = np.unique(column, return_inverse=True)
+        _, number = np.unique(number * (part.max() + 1) + part, return_inverse=True)
+    return number
 
 
 def _keys(

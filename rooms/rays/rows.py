@@ -150,6 +150,34 @@ def _product(typingctx, a, i, b, j) -> Any:
     return _REAL(a, _WHOLE, b, _WHOLE), build
 
 
+def _pour(typingctx, a, i, b, j, c, first, second, d, row, one, other, by, also) -> Any:
+    """Add to the complex rows a[i] and b[j] multiples of one that two rows of c make.
+
+    It is d[row] times one c[first] + other c[second] + j other c[second], and gets
+    multiplied by `by` for a and by `also` for b.
+    """
+
+    def body(rows: _Rows, builder: Any, *args: Any) -> None:
+        a, i, b, j, c, first, second, d, row, one, other, by, also = args
+        wide, root = rows.wide, rows.get(7, d, row)
+        part = builder.fmul(rows.get(4, c, second), wide.spread(other))
+        real = builder.fmul(rows.get(4, c, first), wide.spread(one))
+        value = (
+            builder.fmul(builder.fadd(real, part), root),
+            builder.fmul(part, root),
+        )
+        for which, array, place, factor in ((0, a, i, by), (2, b, j, also)):
+            scale, here = wide.spread(factor), rows.complex(which, array, place)
+            pair = [
+                builder.fadd(x, builder.fmul(y, scale))
+                for x, y in zip(here, value, strict=True)
+            ]
+            rows.put_complex(which, array, pair, place)
+
+    whole = (a, _WHOLE, b, _WHOLE, c, _WHOLE, _WHOLE, d, _WHOLE)
+    return _operation(whole, (_REAL, _REAL, _REAL, _REAL), body)
+
+
 def _meet(typingctx, a, i, b, j, c, k, factor) -> Any:
     """Add to the complex row a[i] a multiple of the product of b[j] and c[k]."""
 
@@ -232,6 +260,7 @@ copy: Any = intrinsic(_copy)
 add: Any = intrinsic(_add)
 scale: Any = intrinsic(_scale)
 product: Any = intrinsic(_product)
+pour: Any = intrinsic(_pour)
 meet: Any = intrinsic(_meet)
 twist: Any = intrinsic(_twist)
 halve: Any = intrinsic(_halve)

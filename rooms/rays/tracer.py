@@ -104,9 +104,9 @@ class Tracer:
             bearable = _MEMORY / (2 * self.batches * self.bins * wide)
             most = min(_MOST, max(_FEWEST, bearable))
             wanted = int(np.clip(_PATCHES * np.sqrt(count), _FEWEST, most))
-        self.patches = find_patches(self.geometry, wanted)
-        patches = self.patches
+        patches = find_patches(self.geometry, wanted)
         self.layout = Layout(len(patches), self.bins, bands)
+        self.records, self.bases = patches.records(self.geometry), self.layout.bases
         scales = tuple(4 * np.pi / max(part, 1) for part in self.each)
         self.share = self.diffuse[patches.surface]
         self.share /= np.pi * patches.area[:, None]
@@ -217,8 +217,8 @@ class Tracer:
         self.segments += trace(
             geometry.hierarchy.arrays,
             geometry.panels.of_face,
-            geometry.tables.planes,
-            geometry.face_surface,
+            self.records,
+            self.bases,
             kept,
             scattering,
             self.start,
@@ -227,7 +227,6 @@ class Tracer:
             hits.ways[batch, some],
             kind == 1,
             there.balls,
-            self.patches.arrays,
             self.per_bin,
             self.skip,
             1e-12 * geometry.diagonal,

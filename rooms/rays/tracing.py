@@ -63,8 +63,8 @@ def _put_down(flux, waiting, loads, count, wide):
 def trace(
     tree,
     of_face,
-    planes,
-    surface,
+    records,
+    bases,
     kept,
     scattered,
     start,
@@ -73,7 +73,6 @@ def trace(
     ways,
     scatter,
     balls,
-    patches,
     per_bin,
     skip,
     lift,
@@ -88,12 +87,13 @@ def trace(
 ):
     """Follow rays from a place and return the number of their segments.
 
-    `surface` (F,) names the row of `kept` and `scattered` (surfaces, bands) of each
-    triangle; bands fill rows of eight, and `start` is one in those that count. If
-    `even`, all bands are scattered alike. Rays follow mirrors only; what they pass on
+    `records` tells where each triangle and its patches are and its row of `kept` and
+    `scattered` (surfaces, bands), see `rooms.rays.patches`; bands fill rows of eight,
+    and `start` is one in those that count. If `even`, all bands are scattered alike.
+    Rays follow mirrors only; what they pass on
     their way, beyond `skip` reflections, is added to `grid` (places, bins, bands), and
-    what meets a surface to `flux`, flat: (patches, bins, width), patches in groups of
-    8 / width that alternate if there are fewer than eight bands. With `scatter` they go
+    what meets a surface to `flux`, flat, which begins for each patch at `bases` and has
+    `width` numbers for the bands. With `scatter` they go
     either way by chance, and only what was scattered before counts, in `flux`. Half of
     the rays end at each of the distances `thinning`, and the rest carries on twice the
     energy. Each ray has random numbers of its own, drawn from `key` and its index.
@@ -103,11 +103,10 @@ def trace(
     """
     nodes, children, packs, faces = tree
     x, y, z, radius, volume, whole = balls
-    first, parts, doubled, corner, across = patches
     met_face, met_patch, met_length = met
     places, bands = grid.shape[0], grid.shape[2]
     rows = len(start) // WIDTH
-    group = max(WIDTH // width, 1)
+    span = max(WIDTH, width)
     meets = len(flux) > 0
     stack, owner = np.empty(DEPTH, dtype=np.int64), np.empty(DEPTH, dtype=np.int64)
     keys = np.empty(16 * DEPTH, dtype=np.int32)
@@ -191,22 +190,20 @@ def trace(
             if face < 0:
                 break
             gone += length
-            nx, ny, nz = planes[face, 0], planes[face, 1], planes[face, 2]
+            nx, ny, nz = records[face, 0], records[face, 1], records[face, 2]
             inward = nx * wx + ny * wy + nz * wz
             px, py, pz = ox + length * wx, oy + length * wy, oz + length * wz
             if meets and (order == 0 or not (scatter and mirrored)):
-                patch = first[face, 1 if inward > 0.0 else 0]
-                wide, deep = parts[face, 0], parts[face, 1]
-                if wide * deep > 1:
-                    qx, qy = px - corner[face, 0], py - corner[face, 1]
-                    qz = pz - corner[face, 2]
-                    u = qx * across[face, 0, 0] + qy * across[face, 0, 1]
-                    u += qz * across[face, 0, 2]
-                    v = qx * across[face, 1, 0] + qy * across[face, 1, 1]
-                    v += qz * across[face, 1, 2]
+                patch = int(records[face, 5 if inward > 0.0 else 4])
+                wide, deep = int(records[face, 6]), int(records[face, 7])
+                if wide > 0:
+                    u = px * records[face, 8] + py * records[face, 9]
+                    u += pz * records[face, 10] + records[face, 11]
+                    v = px * records[face, 12] + py * records[face, 13]
+                    v += pz * records[face, 14] + records[face, 15]
                     i = min(max(int(u), 0), wide - 1)
-                    if doubled[face]:
-                        patch += i * deep + min(max(int(v), 0), deep - 1)
+                    if deep < 0:
+                        patch += -i * deep + min(max(int(v), 0), -deep - 1)
                     else:
                         j = min(max(int(v), 0), deep - 1 - i)
                         upper = u - i + v - j > 1.0 and i + j < deep - 1
@@ -215,8 +212,7 @@ def trace(
                 if order == 0:
                     met_face[r], met_patch[r], met_length[r] = face, patch, gone
                 if at < bins and not (scatter and mirrored):
-                    place = patch // group * bins + at
-                    waiting[count] = (place * group + patch % group) * width
+                    waiting[count] = bases[patch] + at * span
                     for part in range(rows):
                         copy(loads, rows * count + part, carried, part)
                     count += 1
@@ -226,7 +222,7 @@ def trace(
             if inward > 0.0:
                 nx, ny, nz, inward = -nx, -ny, -nz, -inward
             ox, oy, oz = px + lift * nx, py + lift * ny, pz + lift * nz
-            row = surface[face]
+            row = int(records[face, 3])
             for part in range(rows):
                 scale(carried, part, handed, rows * row + part, 1.0, 0.0)
             order += 1
