@@ -41,11 +41,14 @@ class Share:
     ----------
     listed : float
         By the ways that are listed, straight or mirrored once.
+    early : float
+        By the same, in the first 50 ms.
     left_out : float
         By those mirrored twice, which are not.
     """
 
     listed: float
+    early: float
     left_out: float
 
 
@@ -61,6 +64,7 @@ def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Verdict:
         return Verdict(False, "no edge opens more than 180°")
     share = bent_share(scene)
     errors = {kind: factor * share.listed for kind, factor in _PER_DB.items()}
+    errors["clarity_db"] = max(errors["clarity_db"], share.early)
     why = (
         f"{edges} edges bend sound (those mirrored twice as well would add"
         f" {share.left_out:.2g} dB and are left out)"
@@ -78,10 +82,11 @@ def bent_share(scene: Scene) -> Share:
         places = random_places(scene, _PROBES, rng).positions
     except SceneError:
         level = float(decibels(1 + 10 ** (_BENT_DB / 10)))
-        return Share(level, level * float(1 - scene.mean_absorption.min()))
+        return Share(level, level, level * float(1 - scene.mean_absorption.min()))
     shares = []
-    room = scene.geometry.areas.sum() * scene.mean_absorption
-    field = 16 * np.pi * (1 - scene.mean_absorption) / np.maximum(room, 1e-9)
+    area = scene.geometry.areas.sum() * scene.mean_absorption
+    field = 16 * np.pi * (1 - scene.mean_absorption) / np.maximum(area, 1e-9)
+    soon = field * -np.expm1(-6 * np.log(10) * 0.05 / scene.eyring_t60())
     for emitter in places[:2]:
         ways = diffracted_paths(
             scene.geometry,  # pyright: ignore[reportArgumentType]
@@ -92,20 +97,24 @@ def bent_share(scene: Scene) -> Share:
             reflection=np.sqrt(1 - scene.absorption),
         )
         seen = scene.geometry.sees(*_local(scene, emitter, places[2:]))  # pyright: ignore[reportAttributeAccessIssue]
-        straight = seen / np.sum((places[2:] - emitter) ** 2, axis=1)
-        heard = straight[:, None] + field
-        bent = np.zeros((2, *heard.shape))
+        straight = (seen / np.sum((places[2:] - emitter) ** 2, axis=1))[:, None]
+        bent = np.zeros((2, len(seen), len(scene.bands)))
         np.add.at(bent, (ways.mirrors, ways.listener), np.abs(ways.gain) ** 2)
         # each further mirror finds about as many ways and takes its share
         more = bent[1] * (1 - scene.mean_absorption)
         shares.append(
             [
-                decibels(1 + part / np.maximum(heard, 1e-9))
-                for part in (bent.sum(0), more)
+                _louder(bent.sum(axis=0), straight + field),
+                _louder(bent.sum(axis=0), straight + soon),
+                _louder(more, straight + field),
             ]
         )
-    listed, left_out = np.max(shares, axis=(0, 2, 3))
-    return Share(float(listed), float(left_out))
+    return Share(*map(float, np.max(shares, axis=0)))
+
+
+def _louder(part: FloatArray, rest: FloatArray) -> float:
+    """Return the most that a part adds to the rest [dB]."""
+    return float(decibels(1 + part / np.maximum(rest, 1e-9)).max())
 
 
 def _local(scene: Scene, emitter: FloatArray, places: FloatArray) -> Any:
