@@ -57,6 +57,28 @@ def corridor() -> Scene:
 @SCENES.add("coupled")
 def coupled() -> Scene:
     """Return a hard and a soft room joined by a doorway, with furniture in both."""
+    soft = {f"wall{k}": "heavy_curtain" for k in (5, 6)}
+    materials = {
+        "floor": "wood_floor",
+        "ceiling": "plasterboard_on_studs",
+        "all": "plaster_on_masonry",
+        **soft,
+    }
+    return _two_rooms(materials, "coupled")
+
+
+@SCENES.add("coupled-dry")
+def coupled_dry() -> Scene:
+    """Return the same two rooms with carpet, curtains and an absorbing ceiling."""
+    materials = {
+        "floor": "carpet_on_felt",
+        "ceiling": "acoustic_ceiling_tile",
+        "all": "heavy_curtain",
+    }
+    return _two_rooms(materials, "coupled-dry")
+
+
+def _two_rooms(materials: dict[str, Any], name: str) -> Scene:
     outline = [
         (0, 0), (5, 0), (5, 1.5), (5.2, 1.5), (5.2, 0), (9.2, 0),
         (9.2, 4), (5.2, 4), (5.2, 2.4), (5, 2.4), (5, 4), (0, 4),
@@ -69,18 +91,13 @@ def coupled() -> Scene:
         ("shelves", (0.3, 3.4, 0.02), (2.5, 3.8, 1.9)),
         ("sofa", (8.1, 0.8, 0.02), (9.0, 2.8, 0.8)),
     ]
-    geometry = _furnished(shell, boxes)
-    soft = {f"wall{k}": "heavy_curtain" for k in (5, 6)}
-    materials = {
-        "floor": "wood_floor",
-        "ceiling": "plasterboard_on_studs",
+    furniture = {
         "table": "wood_floor",
         "shelves": "bookshelf",
         "sofa": "audience_on_upholstered_seats",
-        "all": "plaster_on_masonry",
-        **soft,
     }
-    return Scene.of_geometry(geometry, materials, name="coupled")
+    geometry = _furnished(shell, boxes)
+    return Scene.of_geometry(geometry, furniture | materials, name=name)
 
 
 def _furnished(shell: Any, boxes: list[tuple[str, Any, Any]]) -> Any:

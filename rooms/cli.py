@@ -21,8 +21,8 @@ def simulate_room(
     scene: Annotated[
         str,
         typer.Argument(
-            help="kitchen, conference, office, l-shaped, coupled, corridor; a room"
-            " .yaml; a mesh (.obj .ply .glb .stl) or a folder with one."
+            help="kitchen, conference, office, l-shaped, coupled, coupled-dry,"
+            " corridor; a room .yaml; a mesh (.obj .ply .glb .stl) or a folder with one."
         ),
     ],
     explain: Annotated[
