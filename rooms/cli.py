@@ -22,7 +22,8 @@ def simulate_room(
         str,
         typer.Argument(
             help="kitchen, conference, office, l-shaped, coupled, coupled-dry,"
-            " corridor; a room .yaml; a mesh (.obj .ply .glb .stl) or a folder with one."
+            " corridor; a room .yaml; a mesh (.obj .ply .glb .stl) or a folder"
+            " with one."
         ),
     ],
     explain: Annotated[
