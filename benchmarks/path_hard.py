@@ -30,7 +30,7 @@ from rir.physics import air_absorption, speed_of_sound
 OUT = Path("results/path_hard.json")
 SIZE = np.array([6.0, 4.0, 3.0])
 RATE, SAMPLES, SPECTRUM = 16000.0, 1600, 2048
-ORDER, SCATTERERS, POSE_SD_M = 10, 10, 0.003
+ORDER, SCATTERERS, POSE_SD_M, CLEAR_M = 10, 10, 0.003, 0.5
 TEMPERATURE_C = 20.0
 NODES_HZ = np.concatenate([[0.0], np.geomspace(30.0, 8000.0, 39)])
 RESISTANCE = np.array([18.0, 10.0, 14.0, 8.0, 5.0, 9.0])
@@ -224,8 +224,8 @@ def rows_of(
     """Return rows as they are measured: noisy, at places told `sigma` wrong."""
     rng = np.random.default_rng(seed)
     count = emitters * listeners
-    told = rng.uniform(0.5, SIZE - 0.5, (emitters, 3)).repeat(listeners, axis=0)
-    heard = rng.uniform(0.4, SIZE - 0.4, (count, 3))
+    told = _clear(truth, rng, emitters).repeat(listeners, axis=0)
+    heard = _clear(truth, rng, count)
     yaw = rng.uniform(0, 2 * np.pi, count)
     errors = sigma * rng.standard_normal((2, count, 3))
     responses = rendered(truth, told + errors[0], heard + errors[1], yaw)
@@ -244,6 +244,16 @@ def rows_of(
     )
 
 
+def _clear(truth: Truth, rng: np.random.Generator, count: int) -> np.ndarray:
+    """Draw places that stand clear of walls and scatterers."""
+    kept = np.zeros((0, 3))
+    while len(kept) < count:
+        tried = rng.uniform(CLEAR_M, SIZE - CLEAR_M, (count, 3))
+        gap = np.linalg.norm(tried[:, None] - truth.scatterers, axis=2)
+        kept = np.concatenate([kept, tried[gap.min(axis=1) > CLEAR_M]])
+    return kept[:count]
+
+
 def floor_of(truth: Truth, rows: FitSet) -> dict[str, float]:
     """Return what poses `POSE_SD_M` off cost, all else known."""
     rng = np.random.default_rng(9)
@@ -251,7 +261,9 @@ def floor_of(truth: Truth, rows: FitSet) -> dict[str, float]:
     yaw = 2 * np.arctan2(sine, cosine)
     ends = rows.emitters.positions, rows.listeners.positions
     moved = [end + POSE_SD_M * rng.standard_normal(end.shape) for end in ends]
-    return scored(rendered(truth, *ends, yaw), rendered(truth, *moved, yaw))
+    return scored(
+        rendered(truth, ends[0], ends[1], yaw), rendered(truth, moved[0], moved[1], yaw)
+    )
 
 
 def scored(heard: np.ndarray, told: np.ndarray) -> dict[str, float]:
