@@ -177,3 +177,34 @@ def test_useless_shares_are_refused():
         trace_energy(room, np.ones((5, 1)), np.ones((6, 1)), A, B, **options)
     with pytest.raises(SceneError, match="0…1"):
         trace_energy(room, np.full((6, 1), 2.0), np.ones((6, 1)), A, B, **options)
+
+
+@pytest.mark.parametrize("height", [0.02, 0.3, 1.0])
+def test_one_rough_wall_returns_the_integral_of_lambert(height):
+    room = MeshGeometry.box((6, 5, 3))
+    floor = int(np.argmin(room.corners[:, :, 2].mean(axis=1)))
+    absorption = np.ones((room.surfaces, 1))
+    absorption[room.face_surface[floor]] = 0.2
+    a, b = np.array([2.9, 2.4, height]), np.array([3.1, 2.5, 1.3 * height])
+    energy = trace_energy(
+        room,
+        absorption,
+        np.ones_like(absorption),
+        [a],
+        [b],
+        rays=20_000,
+        duration=0.05,
+        time_step=0.0001,
+        speed_of_sound=C,
+    ).energy[0, 0, 0]
+    # finer where the places are
+    x, y = (np.sinh(np.linspace(-6, 6, 1201)) for _ in range(2))
+    x, y = (v * half / v[-1] for v, half in ((x, 3.0), (y, 2.5)))
+    wide = np.outer(np.gradient(x), np.gradient(y))
+    x, y = np.meshgrid(x + 3.0, y + 2.5, indexing="ij")
+    spans = [np.sqrt((x - p[0]) ** 2 + (y - p[1]) ** 2 + p[2] ** 2) for p in (a, b)]
+    flux = a[2] / spans[0] ** 3 * b[2] / spans[1] ** 3 * 0.8 / np.pi * wide
+    np.testing.assert_allclose(energy.sum(), flux.sum(), rtol=0.02)
+    late = (spans[0] + spans[1]) / C
+    mean = np.sum(energy * (np.arange(500) + 0.5)) / energy.sum() * 0.0001
+    np.testing.assert_allclose(mean, np.sum(flux * late) / flux.sum(), atol=3e-5)
