@@ -91,6 +91,11 @@ def transfer(
         Length of the responses [s].
     faded : ndarray, optional
         Second-order sections that responses pass through.
+
+    Notes
+    -----
+    The last tenth is faded out: what is cut off sharply at the end of a response
+    clicks in all octaves.
     """
     emitter, listeners = moments
     wave = 2 * np.pi * frequencies / grid.scene.speed_of_sound
@@ -136,6 +141,7 @@ def _heard(
     low = grid.march(source[0][0], source[1][0], *ears, duration)
     if faded is not None:
         low = np.asarray(sosfilt(faded, low, axis=-1))
+    low *= _ending(low.shape[1])
     steps = np.outer(np.arange(low.shape[1]), wave)
     turn = np.exp(-1j * grid.scene.speed_of_sound * grid.time_step * steps)
     spectra = (low @ turn).reshape(len(axes), len(points), len(wave))
@@ -143,3 +149,8 @@ def _heard(
     for axis, spectrum in zip(axes[1:], spectra[1:], strict=True):
         total = total + listeners.gradient[:, :, axis] / (1j * wave) * spectrum
     return total
+
+
+def _ending(count: int) -> FloatArray:
+    left = np.arange(count, 0, -1) / max(1, count // 10)
+    return np.sin(np.pi / 2 * np.minimum(left, 1)) ** 2
