@@ -1,8 +1,8 @@
 """The path field: walls found in the responses, mirror images and a late part.
 
-No mesh, no start value, no network: a few seconds on one core. Everything it
-holds is symmetric in the two ends with their patterns, so it is reciprocal by
-construction.
+No mesh, no start value: a few seconds on one core. Everything it holds is symmetric in
+the two ends with their patterns, so it is reciprocal by construction. A network is
+asked only where neither walls nor rows explain what is heard.
 """
 
 import json
@@ -18,7 +18,9 @@ from fields.frame import SceneFrame
 from fields.path.acoustics import Acoustics, hear_room
 from fields.path.fitset import FitSet
 from fields.path.ground_plan import GroundPlan, plan_of
+from fields.path.network import Joined
 from fields.path.polyhedron import Polyhedron
+from fields.path.residual import needs_network, with_network
 from fields.plan import TrainingPlan
 from rir import GainPattern, Pose, Poses
 
@@ -26,6 +28,7 @@ __all__ = ["PRESETS", "Config", "PathField", "fit", "load"]
 
 
 MOST_ENDS = 2000
+JOINED = "joined."
 
 
 @dataclass(frozen=True)
@@ -40,6 +43,8 @@ class Config:
     "complete the paths with a late field"
     geometry: str = "auto"
     "auto: the room's mesh where it is known; blind; or a mesh, room file or scene"
+    network_steps: int = 400
+    "steps of a network where nothing else explains the room; 0 asks none"
 
 
 PRESETS = {"cpu": Config()}
@@ -56,8 +61,10 @@ class PathField:
         frame: SceneFrame,
         config: Config,
         ends: np.ndarray | None = None,
+        joined: Joined | None = None,
     ) -> None:
         self.acoustics = acoustics
+        self.joined = joined
         self.frame = frame
         self.config = config
         self.ends = np.empty((0, 6)) if ends is None else ends
@@ -84,6 +91,8 @@ class PathField:
         """Return responses in double precision."""
         first, second = paired_queries(emitters, listeners)
         answer = self.acoustics.predict(first, second, self.frame.n_samples)
+        if self.joined is not None:
+            answer = self.joined.apply(answer, first, second)
         return self.frame.scale * answer
 
     def emitter_gain(self) -> GainPattern:
@@ -123,6 +132,8 @@ class PathField:
             "ends": self.ends,
             **self.acoustics.as_arrays(),
         }
+        joined = {} if self.joined is None else self.joined.as_arrays()
+        arrays |= {f"{JOINED}{name}": one for name, one in joined.items()}
         np.savez(target, **arrays)
         return target
 
@@ -130,11 +141,12 @@ class PathField:
 def fit(data: FieldData, config: Config, plan: TrainingPlan) -> PathField:
     """Find the room in the rows and fit it.
 
-    The plan's steps, exchange and self-supervision say nothing here: the field
-    is reciprocal by construction and is fitted, not trained.
+    The plan's exchange and self-supervision say nothing here: the field is
+    reciprocal by construction and is fitted, not trained. Its steps and budget
+    limit the network that is asked where nothing else explains the room.
     """
-    del plan
     sizes = asdict(config)
+    steps = sizes.pop("network_steps")
     shape = drawn_shape(sizes.pop("geometry"), data.frame)
     acoustics = hear_room(
         FitSet.of(data),
@@ -144,8 +156,15 @@ def fit(data: FieldData, config: Config, plan: TrainingPlan) -> PathField:
         aimed=unequal(data.frame),
         shape=shape,
     )
+    joined = None
+    if steps > 0 and config.late and needs_network(acoustics, len(data)):
+        alike = not unequal(data.frame) and not (
+            acoustics.rest and acoustics.rest.aimed
+        )
+        joined, words = with_network(acoustics, data, plan, steps, alike=alike)
+        acoustics.alarms.extend(words)
     ends = data.endpoints[:: -(-len(data) // MOST_ENDS)]
-    return PathField(acoustics, data.frame, config, ends)
+    return PathField(acoustics, data.frame, config, ends, joined)
 
 
 def unequal(frame: SceneFrame) -> bool | None:
@@ -200,4 +219,7 @@ def load(path: Path) -> PathField:
             if name not in ("model", "config", "frame", "ends")
         }
         ends = stored["ends"] if "ends" in stored.files else None
-    return PathField(Acoustics.from_arrays(arrays), frame, config, ends)
+    size = len(JOINED)
+    kept = {name[size:]: one for name, one in arrays.items() if name[:size] == JOINED}
+    joined = Joined.from_arrays(kept) if kept else None
+    return PathField(Acoustics.from_arrays(arrays), frame, config, ends, joined)

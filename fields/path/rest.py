@@ -133,6 +133,20 @@ class Rest:
             said.append(self.rows.predict(*ends))
             if self.aimed:
                 said.append(self.rows.predict(*ends, aimed=True))
+        return self._completed(said, emitters, listeners)
+
+    def left_out(self, early: FloatArray, rows: FitSet) -> FloatArray:
+        """Return the same of measured rows, told by other emitters' rows only."""
+        said = [early]
+        if self.rows is not None:
+            said.append(self.rows.left_out(rows))
+            if self.aimed:
+                said.append(self.rows.left_out(rows, aimed=True))
+        return self._completed(said, rows.emitters, rows.listeners)
+
+    def _completed(
+        self, said: list[FloatArray], emitters: Poses, listeners: Poses
+    ) -> FloatArray:
         mixed = mix(self.completion.tiles, self.weights, said)
         told = self.completion.apply(mixed, emitters, listeners)
         if self.launch is not None:

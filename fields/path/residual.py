@@ -1,0 +1,86 @@
+"""When a network is asked, and whether it is heard."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fields.data import FieldData
+from fields.path.acoustics import Acoustics
+from fields.path.aligned import AlignedRows
+from fields.path.fitset import FitSet
+from fields.path.network import Joined, train_network
+from fields.path.proof import prove
+from fields.plan import TrainingPlan
+from rir.errors import MissingPartError
+
+__all__ = ["needs_network", "with_network"]
+
+FloatArray = NDArray[np.float64]
+POOR = 0.85
+ENOUGH = 0.5
+LEAST_ROWS = 32
+
+
+def needs_network(acoustics: Acoustics, rows: int) -> bool:
+    """Return whether a network may know what nothing else explains.
+
+    Not where walls are sure and paths tell more than a little; and not where what
+    answers has less than half of the errors of interpolated rows at places left
+    out: networks, which interpolate as well, do not come so far.
+    """
+    if rows < LEAST_ROWS:
+        return False
+    rest = acoustics.rest
+    if rest is None:
+        return acoustics.fitted is None
+    walls = acoustics.report()["walls"]
+    if walls and acoustics.unexplained <= POOR:
+        return False
+    scores = rest.proof.scores
+    return "rows" not in scores or rest.proof.ratio("path", "rows") > ENOUGH
+
+
+def with_network(
+    acoustics: Acoustics,
+    data: FieldData,
+    plan: TrainingPlan,
+    steps: int,
+    *,
+    alike: bool,
+) -> tuple[Joined | None, list[str]]:
+    """Train a network and join it where it proves right at places left out.
+
+    Returns
+    -------
+    joined : Joined or None
+        None where the rest is better without.
+    words : list of str
+        What was found, for the alarms.
+    """
+    try:
+        network, hidden, said = train_network(data, plan, steps, alike=alike)
+    except MissingPartError:
+        return None, ["no network was asked: torch is not installed"]
+    rows = FitSet.of(data)
+    unheard = rows.rows(np.flatnonzero(hidden))
+    told = _told(acoustics, rows, unheard)
+    joined = Joined.fit(network, unheard.responses, told, said)
+    both = joined.joined(told, said)
+    proof = prove(unheard, {"rest": told, "both": both, "network": said})
+    scores = f"{proof.ratio('both', 'rest'):.2f} of its errors at places left out"
+    if proof.best == "rest":
+        return None, ["a trained network knows no more of this room"]
+    if proof.best == "both":
+        return joined, [f"a trained network is joined to the rest: {scores}"]
+    return replace(joined, alone=True), ["a trained network answers alone"]
+
+
+def _told(acoustics: Acoustics, rows: FitSet, unheard: FitSet) -> FloatArray:
+    """Return what is said of rows without having heard their emitter."""
+    kept: Any = acoustics.fitted
+    if kept is None or acoustics.rest is None:
+        return AlignedRows.of(rows).left_out(unheard)
+    early = kept.predict(unheard.emitters, unheard.listeners, rows.n_samples)
+    return acoustics.rest.left_out(early, unheard)
