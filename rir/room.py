@@ -5,7 +5,13 @@ from typing import Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import Field, field_validator, model_validator
+from pydantic import (
+    AfterValidator,
+    Field,
+    FiniteFloat,
+    field_validator,
+    model_validator,
+)
 
 from rir.config import Config, load_yaml
 from rir.errors import OutOfReachError
@@ -18,8 +24,9 @@ from rir.physics import (
     octave_centers,
     speed_of_sound,
 )
+from rir.pose import Pose
 
-__all__ = ["WALLS", "Air", "Box", "RoomSpec", "Surface"]
+__all__ = ["WALLS", "Air", "Box", "Place", "RoomSpec", "Surface", "per_octave"]
 
 FloatArray = NDArray[np.float64]
 WALLS = ("x0", "x1", "y0", "y1", "floor", "ceiling")
@@ -27,8 +34,9 @@ WALLS = ("x0", "x1", "y0", "y1", "floor", "ceiling")
 
 _BANDS = octave_centers(125.0, 8000.0)
 _Share = Annotated[float, Field(ge=0.0, le=1.0)]
-_Length = Annotated[float, Field(gt=0.0, le=1000.0)]
-_Point = tuple[float, float, float]
+_Length = Annotated[float, AfterValidator(lambda value: _checked_length(value))]
+_Point = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
+_SHARES = ("absorption", "scattering", "transmission")
 
 
 class Air(Config):
@@ -49,16 +57,56 @@ class Air(Config):
         return air_absorption(frequencies, *state)
 
 
+def _checked_length(value: float) -> float:
+    """Return a length [m]; NaN says that none is stated, as a mesh needs none."""
+    if not (np.isnan(value) or 0 < value <= 1000):
+        raise ValueError(f"a length lies above 0 and up to 1000 m, not {value:g}")
+    return value
+
+
+def per_octave(values: Any) -> Any:
+    """Return shares as seven, 125 Hz to 8 kHz; what is no share is returned as it is.
+
+    Parameters
+    ----------
+    values : number, sequence or mapping
+        One number for all octaves; seven; six from 125 Hz to 4 kHz, whose last holds
+        at 8 kHz as well; or a mapping from frequency [Hz] to share, interpolated over
+        the logarithm of frequency and held beyond its ends.
+
+    Examples
+    --------
+    >>> per_octave({250: 0.1, 1000: 0.3})
+    [0.1, 0.1, 0.2, 0.3, 0.3, 0.3, 0.3]
+    """
+    if isinstance(values, int | float):
+        # A wrong number stays single, so that it is told once and not per octave.
+        return [values] * (len(_BANDS) if 0 <= values <= 1 else 1)
+    if isinstance(values, dict):
+        try:
+            rows = sorted((float(f), float(share)) for f, share in values.items())
+            f, share = np.array(rows, dtype=float).T
+            over = np.interp(np.log(_BANDS), np.log(f), share).round(12)
+        except (TypeError, ValueError):
+            return values
+        return over.tolist() if np.all(f > 0) else values
+    if isinstance(values, list | tuple) and len(values) == len(_BANDS) - 1:
+        return [*values, values[-1]]
+    return values
+
+
 class Surface(Config):
     """What one surface does to sound: absorption and scattering per octave.
 
-    Give a `material` of the bundled table, or `absorption` (one number for all
-    octaves or seven, 125 Hz to 8 kHz); either may be combined with `scattering`.
+    Give a `material` of the bundled table, or `absorption`; either may be combined
+    with `scattering`, and in meshes with `transmission`. Shares come in any form of
+    `per_octave`.
     """
 
     material: str | None = None
     absorption: tuple[_Share, ...] | None = None
     scattering: tuple[_Share, ...] | None = None
+    transmission: tuple[_Share, ...] | None = None
 
     @model_validator(mode="before")
     @classmethod
@@ -67,16 +115,10 @@ class Surface(Config):
             data = {"material": data}
         if not isinstance(data, dict):
             return data
-        return {key: cls._per_octave(key, value) for key, value in data.items()}
-
-    @staticmethod
-    def _per_octave(key: str, value: Any) -> Any:
-        if key not in ("absorption", "scattering") or not isinstance(
-            value, int | float
-        ):
-            return value
-        # A wrong number stays single, so that it is told once and not per octave.
-        return [value] * (len(_BANDS) if 0 <= value <= 1 else 1)
+        return {
+            key: per_octave(value) if key in _SHARES else value
+            for key, value in data.items()
+        }
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
@@ -87,14 +129,12 @@ class Surface(Config):
                 load_materials()[self.material]
             except KeyError as error:
                 raise ValueError(str(error)) from error
-        for name, values in (
-            ("absorption", self.absorption),
-            ("scattering", self.scattering),
-        ):
+        for name in _SHARES:
+            values = getattr(self, name)
             if values is not None and len(values) != len(_BANDS):
                 raise ValueError(
-                    f"{name} needs 1 or {len(_BANDS)} values (octaves 125 Hz to 8 kHz),"
-                    f" not {len(values)}"
+                    f"{name} needs 1, 6 or {len(_BANDS)} values (octaves 125 Hz to 4 or"
+                    f" 8 kHz) or a mapping from Hz to value, not {len(values)}"
                 )
         return self
 
@@ -115,6 +155,39 @@ class Surface(Config):
     def scattering_per_band(self) -> FloatArray:
         """Scattering per octave, shape (7,); 0 when nothing is stated."""
         return self._values("scattering", 0.0)
+
+    @property
+    def transmission_per_band(self) -> FloatArray:
+        """Share that passes through, per octave, shape (7,); 0 when not stated."""
+        return self._values("transmission", 0.0)
+
+    @property
+    def scattering_known(self) -> bool:
+        """Whether scattering is stated, here or in the table of materials."""
+        table = {} if self.material is None else load_materials()[self.material]
+        return self.scattering is not None or "scattering" in table
+
+
+class Place(Config):
+    """Where a device stands and looks, in a room file.
+
+    In YAML a list of three coordinates is a place as well.
+    """
+
+    at: _Point
+    yaw_deg: float = 0.0
+    pitch_deg: float = 0.0
+    name: str = ""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _expand(cls, data: Any) -> Any:
+        return {"at": data} if isinstance(data, list | tuple) else data
+
+    @property
+    def pose(self) -> Pose:
+        """Position and orientation in the room frame."""
+        return Pose.at(*self.at, yaw_deg=self.yaw_deg, pitch_deg=self.pitch_deg)
 
 
 class Box(Config):
@@ -140,7 +213,10 @@ class Box(Config):
 class RoomSpec(Config):
     """A room: a box of `size_m`, or a mesh, with surfaces, air and furniture.
 
-    The origin is a corner on the floor; x, y, z run along `size_m`.
+    The origin of a box is a corner on the floor; x, y, z run along `size_m`. A mesh
+    keeps its own coordinates, needs no size, and its surfaces are called as its
+    materials. `emitters` and `listeners` are places to simulate or measure between;
+    `default_scattering` is that of surfaces that state none.
 
     Examples
     --------
@@ -151,30 +227,26 @@ class RoomSpec(Config):
     """
 
     name: str
-    size_m: tuple[_Length, _Length, _Length]
+    size_m: tuple[_Length, _Length, _Length] = (np.nan, np.nan, np.nan)
     surfaces: dict[str, Surface] = Field(default_factory=dict)
     air: Air = Air()
+    default_scattering: tuple[_Share, ...] = (0.0,) * len(_BANDS)
     furniture: tuple[Box, ...] = ()
+    emitters: tuple[Place, ...] = ()
+    listeners: tuple[Place, ...] = ()
     mesh: str | None = None
     notes: str = ""
     sources: str = ""
 
-    @field_validator("surfaces", mode="after")
+    @field_validator("default_scattering", mode="before")
     @classmethod
-    def _known_walls(cls, surfaces: dict[str, Surface]) -> dict[str, Surface]:
-        unknown = set(surfaces) - {*WALLS, "all", "walls"}
-        if unknown:
-            raise ValueError(
-                f"unknown surfaces {sorted(unknown)};"
-                f" known: {', '.join(WALLS)}, walls (the four sides), all"
-            )
-        return surfaces
+    def _expand(cls, value: Any) -> Any:
+        return per_octave(value)
 
     @model_validator(mode="after")
     def _covered(self) -> Self:
-        missing = [wall for wall in WALLS if self._find(wall) is None]
-        if missing and self.mesh is None:
-            raise ValueError(f"no surface is stated for {', '.join(missing)}")
+        if self.mesh is None:
+            self._check_box()
         for box in self.furniture:
             if (
                 np.any(np.array(box.high) > np.array(self.size_m) + 1e-9)
@@ -182,6 +254,19 @@ class RoomSpec(Config):
             ):
                 raise ValueError(f"furniture {box.name!r} sticks out of the room")
         return self
+
+    def _check_box(self) -> None:
+        unknown = set(self.surfaces) - {*WALLS, "all", "walls"}
+        if unknown:
+            raise ValueError(
+                f"unknown surfaces {sorted(unknown)};"
+                f" known: {', '.join(WALLS)}, walls (the four sides), all"
+            )
+        if np.isnan(self.size_m).any():
+            raise ValueError("state size_m, three lengths in m, or a mesh")
+        missing = [wall for wall in WALLS if self._find(wall) is None]
+        if missing:
+            raise ValueError(f"no surface is stated for {', '.join(missing)}")
 
     def _find(self, wall: str) -> Surface | None:
         side = "walls" if wall[0] in "xy" else "all"
@@ -221,7 +306,13 @@ class RoomSpec(Config):
     @property
     def scattering(self) -> FloatArray:
         """Scattering per wall (order of `WALLS`) and octave, shape (6, 7)."""
-        return np.array([self.surface(wall).scattering_per_band for wall in WALLS])
+        return np.array([self.scattering_of(self.surface(wall)) for wall in WALLS])
+
+    def scattering_of(self, surface: Surface) -> FloatArray:
+        """Return the scattering of a surface per octave, shape (7,)."""
+        if surface.scattering_known:
+            return surface.scattering_per_band
+        return np.array(self.default_scattering)
 
     @property
     def volume_m3(self) -> float:

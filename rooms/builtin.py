@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rir import Registry, RoomSpec
+from rir import Poses, Registry, RoomSpec
 from rir.errors import SceneError
 from rir.numbers import shown
 from rooms.presets import PRESETS, load_room
 from rooms.scene import Scene
 
-__all__ = ["SCENES", "load_scene"]
+__all__ = ["SCENES", "load_places", "load_scene"]
 
 FloatArray = NDArray[np.float64]
 _MESHES = (".obj", ".ply", ".glb", ".gltf", ".stl", ".off")
@@ -162,11 +162,34 @@ def _from_room_file(path: Path) -> Scene:
     room = RoomSpec.load(path)
     if room.mesh is None:
         return Scene.from_room(room)
-    materials = {
-        name: s.model_dump(exclude_none=True) for name, s in room.surfaces.items()
+    materials: dict[str, Any] = {
+        name: {
+            **surface.model_dump(exclude_none=True),
+            "scattering": room.scattering_of(surface),
+        }
+        for name, surface in room.surfaces.items()
     }
     mesh = path.parent / room.mesh
     return Scene.from_mesh(mesh, materials or None, name=room.name, air=room.air)
+
+
+def load_places(name_or_path: str | Path) -> tuple[Poses | None, Poses | None]:
+    """Return the emitters and the listeners that a room file states, or None each.
+
+    Raises
+    ------
+    ConfigError
+        If the file is none of a room.
+    """
+    path = Path(name_or_path)
+    if path.suffix not in (".yaml", ".yml"):
+        return None, None
+    room = RoomSpec.load(path)
+    emitters, listeners = (
+        Poses.of([place.pose for place in places]) if places else None
+        for places in (room.emitters, room.listeners)
+    )
+    return emitters, listeners
 
 
 def _from_mesh(path: Path, materials: Any, name: str) -> Scene:

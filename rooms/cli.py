@@ -69,19 +69,32 @@ def simulate_room(
     tolerance: Annotated[
         str | None, typer.Option(help='What effects off may cost, as "C50 0.5 dB".')
     ] = None,
+    temperature: Annotated[
+        float | None, typer.Option(help="Of the air [°C]; sets the speed of sound.")
+    ] = None,
+    humidity: Annotated[
+        float | None, typer.Option(help="Of the air [%]; sets its absorption.")
+    ] = None,
+    parameters: Annotated[
+        bool,
+        typer.Option("--parameters", help="Show T30, EDT, C50, C80, D50, TS, G."),
+    ] = False,
     seed: Annotated[int, typer.Option(help="Key of everything random.")] = 0,
     out: Annotated[
-        Path | None, typer.Option(help="Write a data set (.h5) or audio (.wav).")
+        Path | None,
+        typer.Option(help="Write a data set (.h5), arrays (.npz) or audio (.wav)."),
     ] = None,
 ) -> None:
     """Simulate a room with the effects it calls for. Everything is SIMULATED."""
     from dataclasses import replace
 
-    from rooms.builtin import load_scene
+    from rooms.builtin import load_places, load_scene
     from rooms.gains import load_gain
 
+    bare = load_scene(scene, material)
     loaded = replace(
-        load_scene(scene, material),
+        bare,
+        air=_air(bare.air, temperature, humidity),
         emitter_gain=load_gain(emitter_gain),
         listener_gain=load_gain(listener_gain),
     )
@@ -98,9 +111,20 @@ def simulate_room(
         "tolerance": _tolerance(tolerance),
     }
     effort = {"accuracy": accuracy, "seconds": seconds, "seed": seed}
+    ends = _places(loaded, (emitter, listener), load_places(scene), seed)
     _carry_out(
-        loaded, (emitter, listener), options, overrides, effort, explain, cost, out
+        loaded, ends, options, overrides, effort, (explain, cost, parameters), out
     )
+
+
+def _air(air: Any, temperature: float | None, humidity: float | None) -> Any:
+    """Return the air with what was stated for it."""
+    from rir.config import validate
+    from rir.room import Air
+
+    stated = {"temperature_c": temperature, "humidity_percent": humidity}
+    known = {key: value for key, value in stated.items() if value is not None}
+    return validate(air.model_dump() | known, Air, origin="the air")
 
 
 def _names(text: str) -> list[str]:
@@ -116,58 +140,67 @@ def _tolerance(text: str | None) -> Any:
 
 def _carry_out(
     scene: "Scene",
-    places: tuple[list[str] | None, list[str] | None],
+    places: tuple[Any, Any],
     options: dict[str, Any],
     overrides: dict[str, Any],
     effort: dict[str, Any],
-    explain: bool,
-    cost: bool,
+    wanted: tuple[bool, bool, bool],
     out: Path | None,
 ) -> None:
-    """Explain, measure the cost, or simulate and write."""
+    """Explain, measure the cost, or simulate, show and write."""
     from rich.console import Console
 
-    from rooms.display import describe_scene, error_line, plan_table
+    from rooms.display import describe_scene, error_line, parameter_table, plan_table
     from rooms.plan import plan_effects
     from rooms.simulation import simulate
 
+    explain, cost, parameters = wanted
     console = Console()
     console.print(describe_scene(scene))
     plan = plan_effects(scene, **options, **overrides)
     if explain:
         console.print(plan_table(plan))
-    emitters, listeners = _places(scene, places, effort["seed"])
     if cost:
-        _show_cost(console, scene, (emitters, listeners), options, out)
+        _show_cost(console, scene, places, options, out)
         return
-    if explain and out is None:
+    if explain and out is None and not parameters:
         return
-    result = simulate(scene, emitters, listeners, **options, **effort, plan=plan)
+    result = simulate(scene, *places, **options, **effort, plan=plan)
     console.print(f"effects: {', '.join(plan.on)}")
     console.print(error_line(result))
     shape = "emitters x listeners x samples"
     console.print(f"{result.responses.shape} responses ({shape}), SIMULATED")
+    if parameters:
+        console.print(parameter_table(result, scene, *places))
     if out is not None:
         from rooms.writing import write_simulation
 
-        console.print(
-            f"wrote {write_simulation(result, scene, emitters, listeners, out)}"
-        )
+        console.print(f"wrote {write_simulation(result, scene, *places, out)}")
 
 
 def _places(
-    scene: "Scene", places: tuple[list[str] | None, list[str] | None], seed: int
+    scene: "Scene",
+    texts: tuple[list[str] | None, list[str] | None],
+    stated: tuple[Any, Any],
+    seed: int,
 ) -> tuple[Any, Any]:
-    """Return the poses asked for; one emitter and three listeners if none were."""
+    """Return the poses asked for, else the room file's, else a few random ones."""
     import numpy as np
 
+    from rir import Poses
     from rooms.places import random_places
 
-    drawn = random_places(scene, 4, np.random.default_rng(seed))
-    emitters, listeners = (
-        [_pose(text) for text in texts] if texts else None for texts in places
-    )
-    return emitters or drawn[:1], listeners or drawn[1:]
+    ends = [
+        Poses.of([_pose(text) for text in some]) if some else known
+        for some, known in zip(texts, stated, strict=True)
+    ]
+    if any(end is None for end in ends):
+        drawn = random_places(scene, 4, np.random.default_rng(seed))
+        ends = [
+            few if end is None else end
+            for end, few in zip(ends, (drawn[:1], drawn[1:]), strict=True)
+        ]
+    return ends[0], ends[1]
 
 
 def _pose(text: str) -> Any:
@@ -196,7 +229,14 @@ def _show_cost(
 
     fixed = {key: options[key] for key in ("sample_rate", "duration")}
     ends = (Poses.of(place) for place in places)
-    for curve in measure_knobs(scene, *ends, **fixed):
+    with console.status("measuring") as status:
+        curves = measure_knobs(
+            scene,
+            *ends,
+            **fixed,
+            on_run=lambda text: status.update(f"measuring {text}"),
+        )
+    for curve in curves:
         console.print(cost_table(curve))
         console.print(curve.sentence)
         if out is not None:

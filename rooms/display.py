@@ -3,7 +3,9 @@
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
+from rir import Poses
 from rir.cost import CostCurve
 from rooms.plan import Plan
 from rooms.scene import Scene
@@ -13,7 +15,15 @@ if TYPE_CHECKING:
 
     from rooms.simulation import Simulation
 
-__all__ = ["cost_table", "describe_scene", "error_line", "plan_table"]
+__all__ = [
+    "cost_table",
+    "describe_scene",
+    "error_line",
+    "parameter_table",
+    "plan_table",
+]
+
+FloatArray = NDArray[np.float64]
 
 
 def describe_scene(scene: Scene) -> str:
@@ -69,3 +79,34 @@ def cost_table(curve: CostCurve) -> "Table":
         mark = "[green]recommended[/]" if k == curve.knee else ""
         table.add_row(p.setting, f"{1000 * p.seconds:.3g}", f"{p.error:.3g}", mark)
     return table
+
+
+def parameter_table(
+    result: "Simulation", scene: Scene, emitters: Poses, listeners: Poses
+) -> "Table":
+    """Return room-acoustic parameters per octave: mean over pairs and their spread."""
+    from rich.table import Table
+
+    from rooms.parameters import hall_parameters
+
+    way = emitters.positions[:, None] - listeners.positions[None]
+    arrival = np.linalg.norm(way, axis=-1) / scene.speed_of_sound
+    found = hall_parameters(result.responses, result.sample_rate, arrival, scene.bands)
+    table = Table(title="mean ± standard deviation over pairs (SIMULATED, ISO 3382-1)")
+    table.add_column("")
+    for center in scene.bands:
+        table.add_column(f"{center:.0f} Hz", justify="right")
+    rows = [("T30", 1, "s"), ("EDT", 1, "s"), ("C50", 1, "dB"), ("C80", 1, "dB")]
+    rows += [("D50", 100, "%"), ("TS", 1000, "ms"), ("G", 1, "dB")]
+    for name, scale, unit in rows:
+        values = scale * found[name].reshape(-1, len(scene.bands))
+        table.add_row(f"{name} [{unit}]", *(_spread(column) for column in values.T))
+    return table
+
+
+def _spread(values: FloatArray) -> str:
+    known = values[np.isfinite(values)]
+    if not len(known):
+        return "-"
+    digits = 2 if np.abs(known).max() < 10 else 1
+    return f"{known.mean():.{digits}f} ± {known.std():.{digits}f}"

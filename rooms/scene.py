@@ -215,6 +215,11 @@ class Scene:
             raise SceneError(
                 f"a room is a RoomSpec, not {shown(room)}; read one by RoomSpec.load"
             )
+        if room.mesh is not None:
+            raise SceneError(
+                f"{room.name} is a mesh, {room.mesh}; open its room file by"
+                " rooms.builtin.load_scene"
+            )
         scene = Scene.shoebox(
             room.size_m,
             absorption=room.absorption,
@@ -293,8 +298,20 @@ class Scene:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What was repaired in the geometry, or left open."""
-        return tuple(getattr(self.geometry, "report", ()))
+        """What was repaired in the geometry or left open, and what mirrors only."""
+        told = tuple(getattr(self.geometry, "report", ()))
+        names = getattr(self.geometry, "surface_names", ())
+        rough = np.max(self.scattering, axis=1, initial=0.0) > 0
+        plain = [
+            name for name, some in zip(names, rough.tolist(), strict=False) if not some
+        ]
+        if plain:
+            shown_ = ", ".join(plain[:6]) + (", …" if len(plain) > 6 else "")
+            told += (
+                f"no scattering is stated for {shown_}: they mirror only, and such"
+                " rooms decay more slowly than real ones",
+            )
+        return told
 
     @property
     def mean_absorption(self) -> FloatArray:

@@ -1,6 +1,7 @@
 """Give the surfaces of a mesh their materials."""
 
 from collections.abc import Mapping, Sequence
+from fnmatch import fnmatchcase
 from typing import Any
 
 import numpy as np
@@ -9,15 +10,13 @@ from numpy.typing import NDArray
 from rir.config import validate
 from rir.errors import SceneError
 from rir.materials import load_materials
-from rir.numbers import read_array, shown
-from rir.physics import octave_centers
+from rir.numbers import shown
 from rir.room import Surface
 
 __all__ = ["Shares", "resolve_surfaces"]
 
 FloatArray = NDArray[np.float64]
 Shares = tuple[FloatArray, FloatArray, FloatArray]
-_BANDS = len(octave_centers(125.0, 8000.0))
 _ANY = ("all", "default")
 
 
@@ -31,8 +30,8 @@ def resolve_surfaces(names: Sequence[str], materials: Any) -> Shares:
     materials : str, float, mapping or None
         One material for all: a name of the bundled table, an absorption, or a
         mapping with ``absorption``, ``scattering``, ``transmission``; or a mapping
-        from surface name (or "all") to such. A surface that nothing names is
-        looked up in the bundled table under its own name.
+        from surface name (or a pattern such as ``seat*``, or "all") to such. A
+        surface that nothing names is looked up in the bundled table under its own name.
 
     Raises
     ------
@@ -58,7 +57,11 @@ def resolve_surfaces(names: Sequence[str], materials: Any) -> Shares:
             f"surfaces are named by text, not as in {shown(materials)}; the mesh has"
             f" {_listed(names)}"
         )
-    unused = set(by_name) - set(names) - set(_ANY)
+    unused = [
+        key
+        for key in by_name
+        if key not in (*names, *_ANY) and not any(fnmatchcase(n, key) for n in names)
+    ]
     if unused:
         raise SceneError(
             f"no surface {', '.join(map(repr, sorted(unused)))} in the mesh;"
@@ -89,7 +92,8 @@ def _is_table(names: Sequence[str], materials: Mapping[Any, Any]) -> bool:
 
 
 def _find(name: str, by_name: Mapping[str, Any]) -> Any:
-    for key in (name, *_ANY):
+    patterns = [key for key in by_name if fnmatchcase(name, key)]
+    for key in (name, *patterns, *_ANY):
         if key in by_name:
             return by_name[key]
     return name if name in load_materials() else None
@@ -108,23 +112,14 @@ def _shares(name: str, material: Any) -> Shares:
             " per octave"
         )
     entry = {key: _plain(value) for key, value in material.items()}
-    passed = _passed(name, entry.pop("transmission", 0.0))
     surface = validate(entry, Surface, origin=f"surface {name!r}")
-    return surface.absorption_per_band, surface.scattering_per_band, passed
+    return (
+        surface.absorption_per_band,
+        surface.scattering_per_band,
+        surface.transmission_per_band,
+    )
 
 
 def _plain(value: Any) -> Any:
     """Return arrays as lists: what a configuration is made of."""
     return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
-
-
-def _passed(name: str, transmission: Any) -> FloatArray:
-    hint = f"give one number of 0…1 or one per octave ({_BANDS})"
-    passed = read_array(transmission, f"transmission of {name!r}", hint, SceneError)
-    if passed.size not in (1, _BANDS):
-        raise SceneError(
-            f"transmission of {name!r} has {passed.size} numbers, not 1 or {_BANDS}"
-        )
-    if not np.all((passed >= 0) & (passed <= 1)):
-        raise SceneError(f"transmission of {name!r} must lie in 0…1; {hint}")
-    return np.broadcast_to(passed.ravel(), _BANDS)

@@ -1,5 +1,6 @@
 """Write simulated responses to files."""
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,10 @@ __all__ = ["write_simulation"]
 def write_simulation(
     result: Simulation, scene: Scene, emitters: Any, listeners: Any, path: Path
 ) -> Path:
-    """Write responses as a data set (.h5) or as audio, one channel a pair (.wav).
+    """Write responses as a data set (.h5), arrays (.npz), or audio (.wav).
+
+    An .npz holds ``responses`` (emitters, listeners, samples), the poses of both,
+    ``sample_rate``, ``simulated``, and ``plan`` as JSON. A .wav has one channel a pair.
 
     Raises
     ------
@@ -33,7 +37,36 @@ def write_simulation(
         path.parent.mkdir(parents=True, exist_ok=True)
         write_audio(path, rows, result.sample_rate, subtype="FLOAT")
         return path
-    raise ConfigError(f"cannot write {path.name}: end it in .h5 or .wav")
+    if path.suffix == ".npz":
+        return _write_arrays(result, scene, places, path)
+    raise ConfigError(f"cannot write {path.name}: end it in .h5, .npz or .wav")
+
+
+def _plan(result: Simulation) -> dict[str, Any]:
+    return {
+        name: {"on": verdict.on, "reason": verdict.reason}
+        for name, verdict in result.plan.verdicts.items()
+    }
+
+
+def _write_arrays(
+    result: Simulation, scene: Scene, places: tuple[Poses, Poses], path: Path
+) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    story = {"plan": _plan(result), "errors": result.errors, "rays": result.rays}
+    np.savez_compressed(
+        path,
+        responses=result.responses,
+        sample_rate=result.sample_rate,
+        simulated=True,
+        scene=scene.name,
+        plan=json.dumps(story),
+        emitter_positions=places[0].positions,
+        emitter_orientations=places[0].orientations,
+        listener_positions=places[1].positions,
+        listener_orientations=places[1].orientations,
+    )
+    return path
 
 
 def _write_dataset(
@@ -41,10 +74,6 @@ def _write_dataset(
 ) -> Path:
     from rir import DatasetWriter
 
-    plan = {
-        name: {"on": verdict.on, "reason": verdict.reason}
-        for name, verdict in result.plan.verdicts.items()
-    }
     each, all_of = (len(place) for place in places)
     first = np.repeat(np.arange(each), all_of)
     second = np.tile(np.arange(all_of), each)
@@ -54,7 +83,7 @@ def _write_dataset(
         n_samples=rows.shape[1],
         simulated=True,
         room_name=scene.name,
-        metadata={"plan": plan, "errors": result.errors, "rays": result.rays},
+        metadata={"plan": _plan(result), "errors": result.errors, "rays": result.rays},
         emitter_gain=scene.emitter_gain,
         listener_gain=scene.listener_gain,
     ) as out:

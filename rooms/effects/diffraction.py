@@ -86,7 +86,9 @@ def bent_share(scene: Scene) -> Share:
     shares = []
     area = scene.geometry.areas.sum() * scene.mean_absorption
     field = 16 * np.pi * (1 - scene.mean_absorption) / np.maximum(area, 1e-9)
-    soon = field * -np.expm1(-6 * np.log(10) * 0.05 / scene.eyring_t60())
+    soon = field * -np.expm1(
+        -6 * np.log(10) * 0.05 / np.maximum(scene.eyring_t60(), 1e-6)
+    )
     for emitter in places[:2]:
         ways = diffracted_paths(
             scene.geometry,  # pyright: ignore[reportArgumentType]
