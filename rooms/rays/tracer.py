@@ -21,10 +21,10 @@ Spread = tuple[FloatArray, FloatArray, FloatArray]
 _WEAKEST = 1e-9
 """A ray ends when every band has lost 90 dB."""
 
-_THINNING = (0.2, 0.4)
+_THINNING = (0.3, 0.6)
 """Half of the rays end at each of these shares of the duration."""
 
-_MIRRORED = 0.4
+_MIRRORED = 0.6
 """Share of the rays that follow mirrors only, where surfaces scatter."""
 
 _PATCHES = 1.5
