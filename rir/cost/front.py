@@ -35,7 +35,9 @@ def knee_of(points: Sequence[CostPoint]) -> int:
     """Return the index of the recommended point of the front; -1 if there is none.
 
     Of the logarithms of seconds and error, scaled to the unit square, it is the
-    point farthest under the line between the ends of the front.
+    point farthest under the line between the ends of the front. If none is under
+    it, it is the end worth its price: the dear one, if half the error costs less
+    than twice the seconds on the way there.
 
     References
     ----------
@@ -55,4 +57,7 @@ def knee_of(points: Sequence[CostPoint]) -> int:
     if not wide or not tall:
         return front[0]
     depth = [(y[0] - b) / tall - (a - x[0]) / wide for a, b in zip(x, y, strict=True)]
-    return front[max(range(len(front)), key=depth.__getitem__)]
+    best = max(range(len(front)), key=depth.__getitem__)
+    if depth[best] <= 0:
+        return front[-1 if wide < tall else 0]
+    return front[best]
