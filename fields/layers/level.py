@@ -16,6 +16,7 @@ ROWS = 256
 BATCH = 32
 LARGEST = 4.0
 SILENT = 1e-7
+FEWEST_ROWS = 4
 
 
 class Level(nn.Module):
@@ -59,10 +60,24 @@ class Level(nn.Module):
         )
         ours, theirs = self._energies(answers), self._energies(truth)
         silent = SILENT * theirs.sum(-1, keepdim=True) + 1e-20
-        ratio = ((theirs + silent) / (ours + silent)).log().mean(0)
+        logs = ((theirs + silent) / (ours + silent)).log()
+        # Before the direct sound hardly anything stands against nothing at all,
+        # and would make the direct sound of nearer places louder.
+        heard = self._heard(query, data)
+        rows_heard = heard.sum(0)
+        ratio = (logs * heard).sum(0) / rows_heard.clamp_min(1.0)
+        ratio = torch.where(rows_heard >= FEWEST_ROWS, ratio, 0.0)
         gains = torch.exp(0.5 * ratio).clamp(1 / LARGEST, LARGEST)
         if bool(torch.isfinite(gains).all()):
             self.gain.copy_(_between(gains, len(self.gain)))
+
+    def _heard(self, query: Query, data: FieldData) -> Tensor:
+        """Mark the frames of each row from its direct sound on, as 1.0 or 0.0."""
+        pace = data.frame.sample_rate / data.frame.speed_of_sound
+        arrivals = query.distance * pace
+        frames = -(-len(self.gain) // self.frame)
+        ends = (torch.arange(frames, device=arrivals.device) + 1) * self.frame
+        return (ends > arrivals[:, None]).float()
 
     def _energies(self, responses: Tensor) -> Tensor:
         short = -responses.shape[-1] % self.frame

@@ -1,6 +1,6 @@
 """The energy a field lacks is given back once, and the same everywhere."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -51,3 +51,19 @@ def test_leaves_exact_and_silent_answers_alone():
     np.testing.assert_allclose(level.gain, 1.0, rtol=1e-4)
     level.fit(Recorded(torch.zeros(40, 800)), data)
     assert float(level.gain.max()) <= 4.0
+
+
+def test_what_comes_before_the_direct_sound_changes_nothing():
+    data = bench()
+    arrivals = (
+        16000
+        / data.frame.speed_of_sound
+        * np.linalg.norm(data.emitters.positions - data.listeners.positions, axis=1)
+    )
+    early = np.arange(800) < arrivals[:, None] - 80
+    truth = np.array(data.responses)
+    truth[early] = 0.02
+    data = replace(data, responses=truth)
+    level = Level(800, 16000)
+    level.fit(Recorded(torch.tensor(np.where(early, 0.0, truth))), data)
+    np.testing.assert_allclose(level.gain, 1.0, rtol=0.01)
