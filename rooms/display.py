@@ -85,6 +85,7 @@ def parameter_table(
     result: "Simulation", scene: Scene, emitters: Poses, listeners: Poses
 ) -> "Table":
     """Return room-acoustic parameters per octave: mean over pairs and their spread."""
+    from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
     from rooms.parameters import hall_parameters
@@ -92,21 +93,34 @@ def parameter_table(
     way = emitters.positions[:, None] - listeners.positions[None]
     arrival = np.linalg.norm(way, axis=-1) / scene.speed_of_sound
     found = hall_parameters(result.responses, result.sample_rate, arrival, scene.bands)
-    table = Table(title="mean ± standard deviation over pairs (SIMULATED, ISO 3382-1)")
-    table.add_column("")
-    for center in scene.bands:
-        table.add_column(f"{center:.0f} Hz", justify="right")
-    rows = [("T30", 1, "s"), ("EDT", 1, "s"), ("C50", 1, "dB"), ("C80", 1, "dB")]
-    rows += [("D50", 100, "%"), ("TS", 1000, "ms"), ("G", 1, "dB")]
-    for name, scale, unit in rows:
-        values = scale * found[name].reshape(-1, len(scene.bands))
-        table.add_row(f"{name} [{unit}]", *(_spread(column) for column in values.T))
+    title = "mean±deviation over pairs (SIMULATED, ISO 3382-1)"
+    table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    table.add_column("octave", justify="right")
+    for name, (_, unit, _) in _SHOWN.items():
+        table.add_column(f"{name} {unit}", justify="right")
+    for k in np.nonzero(scene.bands < result.sample_rate / 2)[0]:
+        row = [
+            _spread(scale * found[name][..., k].ravel(), digits)
+            for name, (scale, _, digits) in _SHOWN.items()
+        ]
+        table.add_row(f"{scene.bands[k]:.0f} Hz", *row)
     return table
 
 
-def _spread(values: FloatArray) -> str:
+_SHOWN = {
+    "T30": (1, "s", 2),
+    "EDT": (1, "s", 2),
+    "C50": (1, "dB", 1),
+    "C80": (1, "dB", 1),
+    "D50": (100, "%", 0),
+    "TS": (1000, "ms", 0),
+    "G": (1, "dB", 1),
+}
+"""Scale, unit and digits of each parameter shown."""
+
+
+def _spread(values: FloatArray, digits: int) -> str:
     known = values[np.isfinite(values)]
     if not len(known):
         return "-"
-    digits = 2 if np.abs(known).max() < 10 else 1
-    return f"{known.mean():.{digits}f} ± {known.std():.{digits}f}"
+    return f"{known.mean():.{digits}f}±{known.std():.{digits}f}"
