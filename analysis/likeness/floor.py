@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.likeness.bandwise import noise_density
+from analysis.likeness.displacement import displaced
 from analysis.likeness.fit import STRETCH_PER_KELVIN, resampled_at
 from analysis.likeness.quiet import quiet_part
 from analysis.metrics import METRICS
@@ -14,8 +16,8 @@ __all__ = ["predicted_floor", "worsened"]
 
 FloatArray = NDArray[np.float64]
 
-ARRIVAL_SECONDS = 0.0005
-"""Arrivals this far apart come from independent directions."""
+FEWEST_DRAWS = 20
+"""Comparisons that the mean floor rests on at least."""
 
 
 def worsened(
@@ -45,32 +47,35 @@ def worsened(
     position_m : float
         Standard deviation of one visit to a place along each axis [m].
     """
-    count = len(forward)
-    time = np.arange(count) * (1 + STRETCH_PER_KELVIN * temperature_change)
+    moved, own = forward, quiet_part(forward, sample_rate)
     if position_m > 0:
-        # Both ends are visited twice: along a ray that is twice one axis.
-        knots = np.arange(0, count + 1, max(1, round(ARRIVAL_SECONDS * sample_rate)))
-        spread = 2 * position_m / 343.0 * sample_rate
-        draws = rng.normal(0, spread, len(knots))
-        time = time + np.interp(np.arange(count), knots, draws)
-    moved = forward
-    if position_m > 0 or temperature_change:
-        moved = forward + _in_band(resampled_at(forward, time) - forward, forward)
-    return moved + _noise_like(quiet_part(reverse, sample_rate), count, rng)
+        change = displaced(forward, sample_rate, rng, position_m) - forward
+        moved = forward + _in_band(change, forward, own)
+    if temperature_change:
+        time = np.arange(len(moved)) * (1 + STRETCH_PER_KELVIN * temperature_change)
+        change = resampled_at(moved, time) - moved
+        moved = moved + _in_band(change, moved, own)
+    return moved + _noise_like(quiet_part(reverse, sample_rate), len(moved), rng)
 
 
-def _in_band(change: FloatArray, samples: FloatArray) -> FloatArray:
-    """Return a change without what lies 60 dB under the response's spectrum.
+def _in_band(change: FloatArray, samples: FloatArray, quiet: FloatArray) -> FloatArray:
+    """Return a change with no more power than what it changes can give.
 
-    Interpolation errors would otherwise fill the empty ends of the band, and the
-    loudspeaker that empties them acts on every displaced response alike.
+    Interpolation and cutting errors would otherwise fill the empty ends of the band;
+    the loudspeaker that empties them acts on every displaced response alike.
     """
     from scipy.fft import irfft, rfft
     from scipy.ndimage import uniform_filter1d
 
-    power = uniform_filter1d(np.abs(np.asarray(rfft(samples))) ** 2, 33, mode="nearest")
-    gate = power / (power + 1e-6 * power.max())
-    return np.asarray(irfft(np.asarray(rfft(change)) * gate, len(samples)))
+    changed = np.asarray(rfft(change))
+    powers = np.abs(np.stack([np.asarray(rfft(samples)), changed])) ** 2
+    power, own = np.asarray(uniform_filter1d(powers, 33, axis=-1, mode="nearest"))
+    floor = noise_density(quiet, len(power)) * len(samples)
+    # Two waveforms that have nothing in common differ by twice the power of each;
+    # single lines of a spectrum scatter about that.
+    most = 16 * np.maximum(power - floor, 0.0)
+    gate = np.sqrt(np.divide(most, own, out=np.ones_like(own), where=own > most))
+    return np.asarray(irfft(changed * gate, len(samples)))
 
 
 def noisier(
@@ -134,10 +139,12 @@ def predicted_floor(
     stored : dtype, optional
         How responses are stored: rounding is a noise too, where a band is empty.
     """
+    draws = max(1, round(FEWEST_DRAWS / max(1, len(forward))))
     truths, guesses = [], []
-    for f, r, warming in zip(forward, reverse, temperature_changes, strict=True):
+    for f, r, warming in [*zip(forward, reverse, temperature_changes, strict=True)] * (
+        draws
+    ):
         noised = noisier(f, sample_rate, rng)[:count]
-        truths.append(noised.astype(stored or noised.dtype).astype(np.float64))
         guess = worsened(
             f,
             r,
@@ -146,6 +153,7 @@ def predicted_floor(
             temperature_change=float(np.nan_to_num(warming)),
             position_m=position_m,
         )[:count]
+        truths.append(noised.astype(stored or noised.dtype).astype(np.float64))
         guesses.append(guess.astype(stored or guess.dtype).astype(np.float64))
     floors = {}
     for symbol in symbols:
