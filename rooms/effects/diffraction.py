@@ -35,7 +35,7 @@ _PER_DB = {
 
 @dataclass(frozen=True)
 class Share:
-    """How much louder a room is by sound bent around edges [dB].
+    """How much louder a room may be by sound bent around edges [dB].
 
     Parameters
     ----------
@@ -104,10 +104,13 @@ def bent_share(scene: Scene) -> Share:
         np.add.at(bent, (ways.mirrors, ways.listener), np.abs(ways.gain) ** 2)
         # each further mirror finds about as many ways and takes its share
         more = bent[1] * (1 - scene.mean_absorption)
+        # near the boundary of a shadow bent sound comes with the straight one and
+        # halves or doubles it
+        added = bent.sum(axis=0) + 2 * np.sqrt(bent.sum(axis=0) * straight)
         shares.append(
             [
-                _louder(bent.sum(axis=0), straight + field),
-                _louder(bent.sum(axis=0), straight + soon),
+                _louder(added, straight + field),
+                _louder(added, straight + soon),
                 _louder(more, straight + field),
             ]
         )
