@@ -172,6 +172,7 @@ def _bench(one: SetConfig, cache: Path) -> Bench:
         train_emitters=one.train_emitters,
         most_test_rows=one.test_rows,
         scene=one.scene,
+        spread_emitters=one.spread_emitters,
     )
 
 
@@ -187,7 +188,7 @@ def _key(config: CompareConfig, job: Job) -> str:
     from hashlib import sha256
 
     told = {
-        "set": config.sets[job.set_number].model_dump(),
+        "set": config.sets[job.set_number].model_dump(exclude_none=True),
         "model": job.model.model_dump(exclude={"forms"}),
         "form": job.form,
         "budget": job.budget_s,

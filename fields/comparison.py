@@ -42,6 +42,7 @@ class SetConfig(Config):
     fewer: int = 1
     path: str = ""
     train_emitters: int | None = None
+    spread_emitters: int | None = None
     test_rows: int = 600
 
     @property
@@ -51,6 +52,7 @@ class SetConfig(Config):
             return self.name
         stem = Path(self.path).stem if self.path else f"{self.scene}-{self.gains}"
         few = f"-{self.train_emitters}-emitters" if self.train_emitters else ""
+        few += f"-{self.spread_emitters}-spread" if self.spread_emitters else ""
         return stem + few + (f"-listeners-over-{self.fewer}" if self.fewer > 1 else "")
 
 

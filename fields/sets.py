@@ -79,6 +79,7 @@ def open_bench(
     most_test_rows: int = 600,
     seed: int = 0,
     scene: str = "",
+    spread_emitters: int | None = None,
 ) -> Bench:
     """Open a set and divide it by its own "split" column, or by emitter.
 
@@ -96,9 +97,12 @@ def open_bench(
         Of the split, where the set brings none.
     scene : str
         Name of the simulated scene.
+    spread_emitters : int, optional
+        Train on so many emitters that stand far apart, and test on all others,
+        in place of the set's own split.
     """
     dataset = Dataset.open(path)
-    train, test = _divided(dataset, seed)
+    train, test = _divided(dataset, seed, spread_emitters)
     if train_emitters is not None:
         places = dataset.emitters.positions[train]
         _, first = np.unique(places.round(4), axis=0, return_index=True)
@@ -110,10 +114,15 @@ def open_bench(
     return Bench(name, dataset.mark, data.rows(train), data.rows(test), scene)
 
 
-def _divided(dataset: Dataset, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    from fields.split import split_by_emitter
+def _divided(
+    dataset: Dataset, seed: int, spread_emitters: int | None
+) -> tuple[np.ndarray, np.ndarray]:
+    from fields.split import split_by_emitter, split_spread
 
-    split = split_by_emitter(dataset, seed=seed)
+    if spread_emitters is None:
+        split = split_by_emitter(dataset, seed=seed)
+    else:
+        split = split_spread(dataset, spread_emitters)
     return np.array(split.train), np.array(split.test)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from rir import Dataset
 from rir.errors import DatasetError
 
-__all__ = ["Split", "split_by_emitter", "twin_rows"]
+__all__ = ["Split", "split_by_emitter", "split_spread", "twin_rows"]
 
 SCHEMA = 1
 SAME_PLACE_M = 0.01
@@ -152,6 +152,58 @@ def split_by_emitter(
         test = _drawn(units, test_fraction, np.random.default_rng(seed))
     else:
         unit = "the data set's own split"
+    return _without_twins(emitters, listeners, test, unit, seed)
+
+
+def split_spread(
+    dataset: Dataset, count: int, *, tolerance: float = SAME_PLACE_M
+) -> Split:
+    """Train on a few emitters that stand far apart, test on all the others.
+
+    The first is the one nearest the middle of all; each further one stands
+    farthest from those chosen. Nothing is drawn. Swapped twins of test rows are
+    dropped, as by :func:`split_by_emitter`; a column "split" is not looked at.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        The responses to divide.
+    count : int
+        Emitters to train on.
+    tolerance : float
+        Two poses nearer than this are the same place, metres.
+
+    Raises
+    ------
+    DatasetError
+        If the data set has no emitter left to test on.
+    """
+    emitters, listeners = _place_numbers(dataset, tolerance)
+    names, first = np.unique(emitters, return_index=True)
+    if not 0 < count < len(names):
+        raise DatasetError(
+            f"{count} emitters to train on, of {len(names)}: at least one must be "
+            "trained on and one left for the test"
+        )
+    places = dataset.emitters.positions[first]
+    test = ~np.isin(emitters, names[_far_apart(places, count)])
+    return _without_twins(emitters, listeners, test, "emitter", 0)
+
+
+def _far_apart(places: np.ndarray, count: int) -> list[int]:
+    gaps = np.linalg.norm(places - places.mean(axis=0), axis=1)
+    chosen = [int(np.argmin(gaps))]
+    nearest = np.full(len(places), np.inf)
+    while len(chosen) < count:
+        gaps = np.linalg.norm(places - places[chosen[-1]], axis=1)
+        nearest = np.minimum(nearest, gaps)
+        chosen.append(int(np.argmax(nearest)))
+    return chosen
+
+
+def _without_twins(
+    emitters: np.ndarray, listeners: np.ndarray, test: np.ndarray, unit: str, seed: int
+) -> Split:
     dropped = ~test & twin_rows(emitters, listeners, test)
     train = ~test & ~dropped
     return Split(
@@ -160,7 +212,7 @@ def split_by_emitter(
         dropped=_numbers(dropped),
         unit=unit,
         seed=seed,
-        rows=len(dataset),
+        rows=len(test),
     )
 
 

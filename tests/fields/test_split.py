@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from fields.split import Split, split_by_emitter
+from fields.split import Split, split_by_emitter, split_spread
 from rir import Dataset
 from rir.errors import DatasetError
 
@@ -102,3 +102,20 @@ def test_files_that_are_no_split_are_told(grid, tmp_path, content, message):
         path.write_text(content)
     with pytest.raises(DatasetError, match=message):
         Split.load(path, grid)
+
+
+def test_spread_emitters_are_the_corners_of_a_line():
+    emitters = np.array([[x, 0.0, 1.0] for x in (0.0, 1.0, 2.1, 3.0, 4.0)])
+    listeners = np.array([[1.0, 3.0, 1.0], [2.0, 3.0, 1.0]])
+    dataset = Dataset.from_arrays(
+        np.ones((5, 2, 8)), emitters, listeners, sample_rate=8000
+    )
+    split = split_spread(dataset, 3)
+    assert places(dataset, split.train) == {tuple(emitters[k]) for k in (0, 2, 4)}
+    assert places(dataset, split.test) == {tuple(emitters[k]) for k in (1, 3)}
+
+
+@pytest.mark.parametrize("count", [0, 4])
+def test_spread_leaves_an_emitter_on_both_sides(grid, count):
+    with pytest.raises(DatasetError, match=f"{count} emitters to train on, of 4"):
+        split_spread(grid, count)
