@@ -16,6 +16,7 @@ __all__ = ["predicted_floor", "worsened"]
 
 FloatArray = NDArray[np.float64]
 
+LEVEL_DEVIATIONS = 4.0
 FEWEST_DRAWS = 20
 """Comparisons that the mean floor rests on at least."""
 
@@ -55,7 +56,25 @@ def worsened(
         time = np.arange(len(moved)) * (1 + STRETCH_PER_KELVIN * temperature_change)
         change = resampled_at(moved, time) - moved
         moved = moved + _in_band(change, moved, own)
-    return moved + _noise_like(quiet_part(reverse, sample_rate), len(moved), rng)
+    quiet = quiet_part(reverse, sample_rate) * _same_level(
+        forward, reverse, sample_rate
+    )
+    return moved + _noise_like(quiet, len(moved), rng)
+
+
+def _same_level(forward: FloatArray, reverse: FloatArray, sample_rate: int) -> float:
+    """Return what brings the reverse noise to the forward one's level, if it is equal.
+
+    Levels of short quiet parts scatter; a T60 without correction for noise would tell
+    that scatter apart.
+    """
+    parts = [quiet_part(h, sample_rate) for h in (forward, reverse)]
+    powers = [float(np.mean(part**2)) for part in parts]
+    if min(powers) <= 0:
+        return 1.0
+    scatter = np.sqrt(sum(2 / len(part) for part in parts))
+    alike = abs(np.log(powers[0] / powers[1])) < LEVEL_DEVIATIONS * scatter
+    return float(np.sqrt(powers[0] / powers[1])) if alike else 1.0
 
 
 def _in_band(change: FloatArray, samples: FloatArray, quiet: FloatArray) -> FloatArray:
