@@ -74,20 +74,23 @@ def comparison_table(
 
 def _convergence(rows: list[dict[str, Any]]) -> str:
     """Say which trainings had not come to rest when their budget ended."""
-    moving = []
+    moving, short = [], []
     for method, mine in _by_method(rows).items():
         falls = [late_fall(row["report"].get("history", [])) for row in mine]
-        known = [fall for fall in falls if np.isfinite(fall)]
-        if known and np.mean(known) > AT_REST:
-            moving.append(f"{method} ({100 * np.mean(known):.0f} %)")
-        elif len(known) < len(falls):
-            moving.append(f"{method} (too few steps to tell)")
-    if not moving:
-        return "every training had converged: its loss was at rest"
-    return (
-        "NOT converged in the budget, the loss still fell in the last quarter: "
-        f"{', '.join(moving)}"
-    )
+        fall = _average(falls)
+        if fall > AT_REST:
+            moving.append(f"{method} ({100 * fall:.0f} %)")
+        elif not np.isfinite(fall):
+            short.append(method)
+    told = []
+    if moving:
+        told.append(
+            "NOT converged in the budget, the loss still fell in the last quarter: "
+            + ", ".join(moving)
+        )
+    if short:
+        told.append("NOT converged, stopped after a few steps: " + ", ".join(short))
+    return "; ".join(told) or "every training had converged: its loss was at rest"
 
 
 def _add_floor(table: ResultTable, config: CompareConfig, bench: Bench) -> None:
