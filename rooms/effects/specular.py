@@ -1,8 +1,10 @@
 """Mirror reflections: image sources."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rir.errors import SceneError
+from rir.physics import decibels
 from rooms.effects.effect import Effect, Tolerance, Verdict, judged
 from rooms.effects.handover import MESH_ORDER, handover_time
 from rooms.geometry import Shoebox
@@ -12,8 +14,10 @@ from rooms.sound import Arrivals, Budget, Lattice, Sound
 
 __all__ = ["SPECULAR"]
 
+FloatArray = NDArray[np.float64]
 _ANY_ORDER = 1 << 30
 
+_SILENT_DB = 300.0
 _MOST_IMAGES = 2e9
 """About twenty seconds of work for each pair."""
 
@@ -45,8 +49,23 @@ def apply(scene: Scene, sound: Sound) -> None:
         sound.listed_order = order
     else:
         until = handover_time(scene, sound)
+    until = min(until, _silent_after(scene, sound.reflection))
     _check_bearable(scene, min(order, _ANY_ORDER), until)
     sound.lattice = Lattice(geometry.size, sound.reflection, order, until)
+
+
+def _silent_after(scene: Scene, reflection: FloatArray) -> float:
+    """Return when every image is 300 dB below its distance's level [s].
+
+    Sound along an axis meets its two walls every 2 L / c seconds, and nothing else:
+    no image loses less.
+    """
+    kept = np.max(reflection[0::2] * reflection[1::2], axis=1)
+    loss = np.maximum(-decibels(kept**2), 0.0)
+    with np.errstate(divide="ignore"):
+        # one trip more: the last wall may be hard where the other is not
+        trips = 1 + _SILENT_DB / loss
+    return float(np.max(trips * 2 * scene.geometry.size)) / scene.speed_of_sound
 
 
 def _check_bearable(scene: Scene, order: int, until: float) -> None:

@@ -118,7 +118,7 @@ def test_any_seed_will_do():
 
 
 def test_more_images_than_anyone_waits_for_are_refused():
-    scene = Scene.shoebox([0.01, 0.01, 0.01])
+    scene = Scene.shoebox([0.01, 0.01, 0.01], absorption=0.0)
     places = [0.005, 0.005, 0.005], [0.003, 0.004, 0.003]
     with pytest.raises(SceneError, match="highest order"):
         simulate(scene, *places, sample_rate=8000, duration=0.1)
@@ -129,3 +129,23 @@ def test_more_images_than_anyone_waits_for_are_refused():
 def test_shares_that_are_no_numbers_are_refused():
     with pytest.raises(SceneError, match="0…1"):
         Scene.shoebox((6, 5, 3), absorption=np.nan)
+
+
+def test_images_far_below_hearing_are_not_listed_and_change_nothing(monkeypatch):
+    from rooms.effects import specular
+
+    scene = Scene.shoebox((0.3, 0.25, 0.2), absorption={"all": 0.6, "x0": 1.0})
+    ends = [0.1, 0.1, 0.1], [0.2, 0.14, 0.13]
+    run = {"sample_rate": 8000, "duration": 0.15}
+    made = simulate(scene, *ends, **run).responses
+    monkeypatch.setattr(specular, "_silent_after", lambda *_: np.inf)
+    np.testing.assert_array_equal(made, simulate(scene, *ends, **run).responses)
+
+
+def test_a_centimetre_room_with_any_loss_is_simulated():
+    scene = Scene.shoebox([0.01, 0.01, 0.01], absorption=0.3)
+    places = [0.005, 0.005, 0.005], [0.003, 0.004, 0.003]
+    made = simulate(scene, *places, sample_rate=48000, duration=0.1).responses
+    assert np.isfinite(made).all()
+    # it has fallen silent long before the end
+    assert np.abs(made[..., 2400:]).max() < 1e-9 * np.abs(made).max()
