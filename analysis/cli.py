@@ -68,11 +68,24 @@ def metrics(
     out: Annotated[
         Path | None, typer.Option(help="Also write the table: .csv or .json.")
     ] = None,
+    reference: Annotated[
+        Path | None,
+        typer.Option(help="For G: the same source and chain in the free field."),
+    ] = None,
+    reference_distance: Annotated[
+        float | None, typer.Option(help="Distance of that response, in metres.")
+    ] = None,
 ) -> None:
     """Print acoustic parameters (ISO 3382) of response files."""
     from analysis.table.command import show_parameters
 
-    show_parameters(files, bands=bands, out=out)
+    show_parameters(
+        files,
+        bands=bands,
+        out=out,
+        reference=reference,
+        reference_distance=reference_distance,
+    )
 
 
 @app.command()

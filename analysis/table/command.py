@@ -9,6 +9,7 @@ from rich.table import Table
 
 from analysis.report.tables import number
 from analysis.table.parameters_table import SYMBOLS, UNITS, tabulate_files, write_table
+from analysis.table.strength_column import UNKNOWN, read_reference
 
 __all__ = ["show_parameters"]
 
@@ -20,11 +21,16 @@ def show_parameters(
     *,
     bands: str,
     out: Path | None,
+    reference: Path | None = None,
+    reference_distance: float | None = None,
     console: Console | None = None,
 ) -> list[dict[str, Any]]:
     """Print the parameters of files, and write them if asked to."""
     screen = console or Console()
-    lines = tabulate_files(files, bands)
+    free = None
+    if reference is not None:
+        free = read_reference(reference, reference_distance)
+    lines = tabulate_files(files, bands, free)
     for name in dict.fromkeys(line["file"] for line in lines[:SHOWN]):
         own = [line for line in lines[:SHOWN] if line["file"] == name]
         screen.print(f"{name} {own[0]['mark']}", highlight=False, markup=False)
@@ -35,6 +41,8 @@ def show_parameters(
         )
     if any(line["reasons"] for line in lines):
         screen.print("–: undetermined; --out writes the reasons", highlight=False)
+    if any(line["reasons"].get("G") == UNKNOWN for line in lines):
+        screen.print(f"G: {UNKNOWN}", highlight=False, markup=False)
     if out is not None:
         path = write_table(lines, out)
         screen.print(f"wrote {path}", highlight=False, markup=False, soft_wrap=True)

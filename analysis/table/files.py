@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from rir import GainPattern
 from rir.audio import read_audio
 from rir.dataset import Dataset
 from rir.errors import SignalError
@@ -33,6 +34,8 @@ class FileResponses:
         Samples per second [Hz].
     mark : str
         SIMULATED or MEASURED where the file says so, else empty.
+    unit_source : bool
+        Whether the emitter is known to be an omnidirectional pulse of 1 at 1 m.
     """
 
     file: str
@@ -40,6 +43,7 @@ class FileResponses:
     samples: NDArray[np.float64]
     sample_rate: int
     mark: str = ""
+    unit_source: bool = False
 
 
 def read_responses(path: str | Path) -> Iterator[FileResponses]:
@@ -71,6 +75,7 @@ def read_responses(path: str | Path) -> Iterator[FileResponses]:
 def _of_dataset(path: Path) -> Iterator[FileResponses]:
     dataset = Dataset.open(path)
     takes = dataset.table["take_id"]
+    ideal = _has_ideal_source(dataset)
     for start in range(0, len(dataset), ROWS_AT_ONCE):
         rows = range(start, min(start + ROWS_AT_ONCE, len(dataset)))
         yield FileResponses(
@@ -79,7 +84,18 @@ def _of_dataset(path: Path) -> Iterator[FileResponses]:
             np.asarray(dataset.responses[list(rows)], float),
             dataset.sample_rate,
             dataset.mark,
+            ideal,
         )
+
+
+def _has_ideal_source(dataset: Dataset) -> bool:
+    """Return whether the room simulator wrote it, with no pattern on the emitter.
+
+    A simulated session has electronics in it, whose gain nobody states.
+    """
+    written = all("plan" in session for session in dataset.sessions)
+    gain = dataset.emitter_gain
+    return dataset.simulated and written and gain in (None, GainPattern.omni())
 
 
 def _of_sofa(path: Path) -> FileResponses:

@@ -12,17 +12,20 @@ from numpy.typing import NDArray
 from analysis.bands import band_parameters
 from analysis.parameters import acoustic_parameters
 from analysis.table.files import FileResponses, read_responses
+from analysis.table.strength_column import FreeField, add_strength
 from rir.errors import SignalError
 from rir.physics import octave_centers, third_octave_centers
 
 __all__ = ["BANDS", "SYMBOLS", "tabulate_files", "write_table"]
 
-SYMBOLS = ("EDT", "T20", "T30", "C50", "C80", "D50", "TS", "DRR")
+SYMBOLS = ("EDT", "T20", "T30", "C50", "C80", "D50", "TS", "DRR", "G")
 UNITS = {"EDT": "s", "T20": "s", "T30": "s", "TS": "s", "D50": "1"}
 BANDS = ("none", "octave", "third")
 
 
-def tabulate_files(paths: Sequence[Path], bands: str = "none") -> list[dict[str, Any]]:
+def tabulate_files(
+    paths: Sequence[Path], bands: str = "none", reference: FreeField | None = None
+) -> list[dict[str, Any]]:
     """Return one line for each response and band.
 
     Parameters
@@ -32,6 +35,8 @@ def tabulate_files(paths: Sequence[Path], bands: str = "none") -> list[dict[str,
     bands : {"none", "octave", "third"}
         Split into octaves 125 Hz to 8 kHz or third octaves 100 Hz to 8 kHz; always
         with a broadband line as well.
+    reference : FreeField, optional
+        The source in the free field, for G.
 
     Returns
     -------
@@ -44,7 +49,7 @@ def tabulate_files(paths: Sequence[Path], bands: str = "none") -> list[dict[str,
     lines: list[dict[str, Any]] = []
     for path in paths:
         for part in read_responses(path):
-            lines += _lines(part, bands)
+            lines += _lines(part, bands, reference)
     return lines
 
 
@@ -56,7 +61,9 @@ def _centers(bands: str, sample_rate: int) -> NDArray[np.float64]:
     return wanted[wanted * half < sample_rate / 2]
 
 
-def _lines(part: FileResponses, bands: str) -> list[dict[str, Any]]:
+def _lines(
+    part: FileResponses, bands: str, reference: FreeField | None
+) -> list[dict[str, Any]]:
     found = acoustic_parameters(part.samples, part.sample_rate)
     centers = _centers(bands, part.sample_rate)
     split = None
@@ -76,11 +83,12 @@ def _lines(part: FileResponses, bands: str) -> list[dict[str, Any]]:
                 lines.append(
                     head | {"band_hz": float(center)} | _values(split, (row, k))
                 )
+    add_strength(part, centers, reference, lines)
     return lines
 
 
 def _values(found: Any, index: tuple[int, ...]) -> dict[str, Any]:
-    values = {name: float(found[name][index]) for name in SYMBOLS}
+    values = {name: float(found[name][index]) for name in SYMBOLS if name != "G"}
     flags, reasons = found["flags"], found["reasons"]
     for k in index:
         flags, reasons = flags[k], reasons[k]

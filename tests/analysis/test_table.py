@@ -9,6 +9,7 @@ import pytest
 
 from analysis.cli import main
 from analysis.table import read_responses, tabulate_files
+from analysis.table.strength_column import read_reference
 from rir import SignalError
 from rir.audio import write_audio
 
@@ -94,3 +95,42 @@ def test_unknown_sofa_content_is_explained(tmp_path):
     pytest.importorskip("sofar")
     with pytest.raises(SignalError, match="no impulse responses"):
         list(read_responses(broken))
+
+
+def test_strength_needs_a_reference_and_says_so(wave):
+    lines = tabulate_files([wave], "octave")
+    assert all(np.isnan(line["G"]) for line in lines)
+    assert all("--reference" in line["reasons"]["G"] for line in lines)
+
+
+def test_strength_against_a_free_field_file(tmp_path, wave):
+    pulse = np.zeros((2, RATE))
+    pulse[:, 140] = 0.2
+    path = write_audio(tmp_path / "free.wav", pulse, RATE, subtype="FLOAT")
+    lines = tabulate_files([wave], "octave", read_reference(path, 3.0))
+    # 0.5 e^(-t / tau): energy 0.25 rate T / 13.8; reference (0.2 x 3 / 10)^2.
+    expected = 10 * np.log10(0.25 * RATE * 0.4 / 13.816 / 0.06**2)
+    np.testing.assert_allclose(lines[0]["G"], expected, atol=0.1)
+    np.testing.assert_allclose([x["G"] for x in lines[3:6]], expected, atol=1.5)
+    with pytest.raises(SignalError, match="--reference-distance"):
+        read_reference(path, None)
+
+
+def test_strength_of_the_simulator_needs_no_reference(tmp_path):
+    from rir import RoomSpec
+    from rooms import Scene, simulate
+    from rooms.writing import write_simulation
+
+    dry = {"name": "dry", "size_m": (6, 5, 3), "surfaces": {"all": {"absorption": 0.3}}}
+    room = RoomSpec.model_validate(dry)
+    scene = Scene.from_room(room)
+    ends = [[1.0, 1.0, 1.0]], [[4.0, 3.0, 1.5]]
+    result = simulate(scene, *ends, sample_rate=RATE, duration=0.6)
+    path = write_simulation(result, scene, *ends, tmp_path / "dry.h5")
+    (line,) = tabulate_files([path])
+    # Barron and Lee's revised theory, J. Acoust. Soc. Am. 84 (1988).
+    distance = np.linalg.norm(np.subtract(*ends))
+    late = 31200 * line["T30"] / room.volume_m3 * np.exp(-0.04 * distance / line["T30"])
+    np.testing.assert_allclose(
+        line["G"], 10 * np.log10(100 / distance**2 + late), atol=1.5
+    )
