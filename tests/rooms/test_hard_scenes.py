@@ -139,7 +139,8 @@ def test_images_far_below_hearing_are_not_listed_and_change_nothing(monkeypatch)
     run = {"sample_rate": 8000, "duration": 0.15}
     made = simulate(scene, *ends, **run).responses
     monkeypatch.setattr(specular, "_silent_after", lambda *_: np.inf)
-    np.testing.assert_array_equal(made, simulate(scene, *ends, **run).responses)
+    whole = simulate(scene, *ends, **run).responses
+    np.testing.assert_allclose(made, whole, rtol=0, atol=1e-7 * np.abs(whole).max())
 
 
 def test_a_centimetre_room_with_any_loss_is_simulated():
