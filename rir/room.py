@@ -1,7 +1,7 @@
 """A room as data: size, surfaces, air, furniture."""
 
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -215,8 +215,10 @@ class RoomSpec(Config):
 
     The origin of a box is a corner on the floor; x, y, z run along `size_m`. A mesh
     keeps its own coordinates, needs no size, and its surfaces are called as its
-    materials. `emitters` and `listeners` are places to simulate or measure between;
-    `default_scattering` is that of surfaces that state none.
+    materials; `mesh_scale` is the length of its unit [m], and with `mesh_up` y its
+    (x, y, z) are the room's (x, z, -y). `emitters` and `listeners` are places to
+    simulate or measure between; `default_scattering` is that of surfaces that state
+    none.
 
     Examples
     --------
@@ -235,6 +237,8 @@ class RoomSpec(Config):
     emitters: tuple[Place, ...] = ()
     listeners: tuple[Place, ...] = ()
     mesh: str | None = None
+    mesh_up: Literal["y", "z"] = "z"
+    mesh_scale: Annotated[float, Field(gt=0.0)] = 1.0
     notes: str = ""
     sources: str = ""
 

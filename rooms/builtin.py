@@ -170,7 +170,14 @@ def _from_room_file(path: Path) -> Scene:
         for name, surface in room.surfaces.items()
     }
     mesh = path.parent / room.mesh
-    return Scene.from_mesh(mesh, materials or None, name=room.name, air=room.air)
+    return Scene.from_mesh(
+        mesh,
+        materials or None,
+        up=room.mesh_up,
+        scale=room.mesh_scale,
+        name=room.name,
+        air=room.air,
+    )
 
 
 def load_places(name_or_path: str | Path) -> tuple[Poses | None, Poses | None]:

@@ -230,7 +230,14 @@ class Scene:
         return replace(scene, **changes)
 
     @staticmethod
-    def from_mesh(path: Any, materials: Any = None, **changes: Any) -> "Scene":
+    def from_mesh(
+        path: Any,
+        materials: Any = None,
+        *,
+        up: str = "z",
+        scale: float = 1.0,
+        **changes: Any,
+    ) -> "Scene":
         """Return the scene of a mesh file (OBJ, PLY, GLB, STL).
 
         Parameters
@@ -240,6 +247,8 @@ class Scene:
         materials : str, float or mapping, optional
             See `rooms.surfaces.resolve_surfaces`; without it the names of the
             mesh's own materials are looked up in the bundled table.
+        up, scale : str, float
+            Which axis of the file points up, and the length of its unit [m].
         **changes
             Any field of `Scene`.
         """
@@ -250,7 +259,7 @@ class Scene:
                 f"a mesh is given by its path, not by {shown(path)}; for arrays see"
                 " rooms.mesh.MeshGeometry.from_arrays"
             )
-        geometry = MeshGeometry.from_file(path)
+        geometry = MeshGeometry.from_file(path, up=up, scale=scale)
         named = {"name": Path(path).stem, **changes}
         return Scene.of_geometry(geometry, materials, **named)
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rir.errors import SceneError
-from rir.numbers import read_array
+from rir.numbers import read_array, read_number
 from rooms.mesh.cleaning import Cleaned, clean, winding
 from rooms.mesh.hierarchy import Hierarchy, build_hierarchy
 from rooms.mesh.loading import load_mesh
@@ -137,11 +137,29 @@ class MeshGeometry:
         )
 
     @staticmethod
-    def from_file(path: str | Path) -> "MeshGeometry":
-        """Read a room from an OBJ, PLY, GLB or STL file; see `load_mesh`."""
+    def from_file(
+        path: str | Path, *, up: str = "z", scale: float = 1.0
+    ) -> "MeshGeometry":
+        """Read a room from an OBJ, PLY, GLB or STL file; see `load_mesh`.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file.
+        up : {"z", "y"}
+            Axis of the file that points up; the room's z.
+        scale : float
+            Length of the file's unit [m].
+        """
+        if up not in ("y", "z"):
+            raise SceneError(f"'z' or 'y' points up in a mesh file, not {up!r}")
         mesh = load_mesh(path)
+        step = read_number(scale, "the scale of a mesh [m]", above=0, error=SceneError)
+        vertices = step * mesh.vertices
+        if up == "y":
+            vertices = vertices[:, [0, 2, 1]] * [1, -1, 1]
         return MeshGeometry.from_arrays(
-            mesh.vertices, mesh.faces, mesh.names, resolution=mesh.resolution
+            vertices, mesh.faces, mesh.names, resolution=step * mesh.resolution
         )
 
     @staticmethod

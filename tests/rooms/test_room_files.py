@@ -186,3 +186,22 @@ def test_the_command_simulates_between_the_places_of_the_file(hall, capsys):
         assert made["responses"].shape == (1, 2, 3200)
         np.testing.assert_allclose(made["listener_positions"], [[7, 3, 2], [9, 5, 2]])
         assert "late" in json.loads(str(made["plan"]))["plan"]
+
+
+def test_files_in_millimetres_with_y_up_are_the_same_room(hall):
+    lines = []
+    for line in OBJ.splitlines():
+        if line.startswith("v "):
+            x, y, z = (1000 * float(part) for part in line.split()[1:])
+            line = f"v {x} {z} {-y}"
+        lines.append(line)
+    hall.with_name("mm.obj").write_text("\n".join(lines))
+    other = hall.with_name("mm.yaml")
+    text = HALL.replace("mesh: hall.obj", "mesh: mm.obj")
+    other.write_text(text + "mesh_up: y\nmesh_scale: 0.001\n")
+    one, two = load_scene(hall), load_scene(other)
+    np.testing.assert_allclose(two.geometry.size, one.geometry.size, rtol=1e-9)
+    np.testing.assert_allclose(two.geometry.center, one.geometry.center, atol=1e-9)
+    run = {"sample_rate": 8000, "duration": 0.05, "effects": ["direct", "specular"]}
+    made = [simulate(s, [1, 3, 2], [7, 3, 2], **run).responses for s in (one, two)]
+    np.testing.assert_allclose(made[1], made[0], atol=1e-6 * np.abs(made[0]).max())
