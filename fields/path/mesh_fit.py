@@ -18,10 +18,13 @@ __all__ = ["MeshStep", "PlaneFit", "fit_planes", "squared_errors"]
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.int64]
 AIR = 2
 TRIES = 4
 LEAST_MET = 12
 """A plane that fewer paths meet is not moved."""
+LEAST_TILTED_M = 0.8
+"""A face that reaches less far is moved, not tilted."""
 AIR_SIGMAS, AIR_BOUND = (2.0, 2e-3), (1.5, 5e-4)
 PLANE_SIGMAS, PLANE_BOUND = (0.02, 0.02, 0.05), (0.02, 0.02, 0.03)
 FACTOR_SIGMA, FACTOR_BOUND = 0.5, 0.3
@@ -81,12 +84,14 @@ def fit_planes(
     errors = squared_errors(rows, room, filtered)
     best, damping = float(weights @ np.minimum(errors, 4 * power)), 1e-3
     square = np.zeros((len(active), len(active)))
+    right = np.zeros((len(rows), len(active)))
     for _ in range(step.turns):
         trusted = weights * _trust(errors, power)
         square, right = _sums(rows, room, frame, active, filtered, trusted)
+        pull = right.sum(axis=0)
         before = best
         for _ in range(TRIES):
-            moved = _moved(room, frame, _solved(square, right, active, damping))
+            moved = _moved(room, frame, _solved(square, pull, active, damping))
             found = squared_errors(rows, moved, filtered)
             now = float(weights @ np.minimum(found, 4 * power))
             if now < best:
@@ -100,7 +105,35 @@ def fit_planes(
     inner = square[np.ix_(active, active)]
     inner = inner + np.diag(noise / _sigmas(room)[active] ** 2)
     room = replace(room, shape=room.shape.moved(room.shape.planes))
-    return PlaneFit(room, np.linalg.pinv(inner) * noise, active, errors)
+    inverse = np.asarray(np.linalg.pinv(inner), dtype=np.float64)
+    spread = _covariance(inverse, right[:, active], rows.places, noise)
+    return PlaneFit(room, spread, active, errors)
+
+
+def _covariance(
+    inverse: FloatArray, pulls: FloatArray, places: IntArray, noise: float
+) -> FloatArray:
+    """Return the covariance where errors of one row, and of one emitter, agree.
+
+    A pose that is off pulls a whole row, and a whole emitter's rows, one way; the
+    scatter of these pulls tells more than the noise of samples.
+
+    References
+    ----------
+    H. White, Econometrica 48, 817 (1980).
+    """
+    best = inverse * noise
+    groups = np.zeros((int(places.max(initial=0)) + 1, pulls.shape[1]))
+    np.add.at(groups, places, pulls)
+    for sums in (pulls, groups):
+        count = len(sums)
+        if count < 3:
+            continue
+        away = sums - sums.mean(axis=0)
+        found = inverse @ (away.T @ away) @ inverse * count / (count - 1)
+        if np.diag(found).sum() > np.diag(best).sum():
+            best = found
+    return best
 
 
 def squared_errors(rows: FitSet, room: MeshRoom, targets: FloatArray) -> FloatArray:
@@ -120,10 +153,23 @@ def _active(room: MeshRoom, step: MeshStep) -> BoolArray:
     met = np.zeros(count) if room.paths is None else room.paths.met(count)
     active = np.zeros(AIR + 4 * count + len(room.emitting), dtype=bool)
     active[:AIR] = step.planes
-    active[AIR : AIR + 3 * count] = step.planes & (met >= LEAST_MET).repeat(3)
+    moving = np.repeat((met >= LEAST_MET)[:, None], 3, axis=1)
+    moving[:, :2] &= _extents(room) > LEAST_TILTED_M
+    active[AIR : AIR + 3 * count] = step.planes & moving.ravel()
     active[AIR + 3 * count : AIR + 4 * count] = met > 0
     active[AIR + 4 * count :] = step.pattern
     return active
+
+
+def _extents(room: MeshRoom) -> FloatArray:
+    """Return how far each plane's faces reach along its tilts, shape (P, 2)."""
+    shape, (tilts, _) = room.shape, _frame(room)
+    reach = np.zeros((len(shape.planes), 2))
+    for number in range(len(shape.planes)):
+        corners = shape.vertices[shape.faces[shape.plane_of == number]].reshape(-1, 3)
+        if len(corners):
+            reach[number] = np.ptp(corners @ tilts[number].T, axis=0)
+    return reach
 
 
 def _sigmas(room: MeshRoom) -> FloatArray:
@@ -168,7 +214,8 @@ def _sums(
 
     ends = rows.emitters.positions, rows.listeners.positions
     paths = room.paths or room.listed(*ends, targets.shape[1])
-    square, right = np.zeros((len(active), len(active))), np.zeros(len(active))
+    square = np.zeros((len(active), len(active)))
+    right = np.zeros((len(rows), len(active)))
     accumulate_paths(
         *ends,
         paths.starts,
@@ -198,7 +245,7 @@ def _sums(
     # latency is counted in samples inside
     square[1] *= room.sample_rate
     square[:, 1] *= room.sample_rate
-    right[1] *= room.sample_rate
+    right[:, 1] *= room.sample_rate
     return square, right
 
 

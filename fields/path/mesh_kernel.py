@@ -157,8 +157,10 @@ def accumulate_paths(
         Paths of row r: ``starts[r] : starts[r + 1]``.
     tilts, centers : ndarray, shape (P, 2, 3), (P, 3)
         Directions a normal may lean to, and the points about which planes tilt.
-    active, targets, weights, slow, square, right, misfit
+    active, targets, weights, slow, square, misfit
         As in `fields.path.lattice_kernel.accumulate_rows`.
+    right : ndarray, shape (rows, parameters)
+        Filled with each row's part of J^T r.
     """
     n, count, taps = targets.shape[1], len(active), bank.shape[1]
     planes_count = len(planes)
@@ -221,5 +223,5 @@ def accumulate_paths(
             freed = np.dot(jacobian, slow)
             square += weights[r] * np.dot(jacobian, jacobian.T)
             square -= weights[r] * np.dot(freed, freed.T)
-            right += weights[r] * np.dot(jacobian, model)
-            right -= weights[r] * np.dot(freed, free)
+            right[r] = weights[r] * np.dot(jacobian, model)
+            right[r] -= weights[r] * np.dot(freed, free)

@@ -15,7 +15,8 @@ __all__ = ["Opened", "open_box"]
 
 WORTH_OPENING = 0.02
 """A box that leaves less of the energy is one."""
-BETTER = 0.9
+BETTER, EXPLAINING = 0.9, 0.1
+"""Room for error left, or part of what the box explains gained."""
 JUDGED_ROWS = 120
 
 
@@ -57,7 +58,8 @@ def open_box(
         opened = fit_polyhedron(rows, direct, outline.shape, reach_m, listening)
     except np.linalg.LinAlgError:
         return Opened(None, loose)
-    if left_over(few, opened) > BETTER * before:
+    after = left_over(few, opened)
+    if after > BETTER * before and before - after < EXPLAINING * (1 - before):
         return Opened(None, loose)
     return Opened(opened, [] if outline.closed else [OPEN])
 

@@ -29,6 +29,7 @@ STAGES = (
 LOW_ROWS, FULL_ROWS = 60, 40
 FIRST_FACTOR = 0.8
 MOST_ORDER = 16
+ORDERS = (5, 9, MOST_ORDER)
 ROUNDS = 2
 BANK_S = (0.003, 0.005)
 JUDGED_ROWS = 40
@@ -256,19 +257,25 @@ def _holding(rows: FitSet, room: MeshRoom) -> MeshRoom:
 def _with_right_order(rows: FitSet, room: MeshRoom) -> MeshRoom:
     """Stop at the order where the sound stops, as simulators do.
 
-    The last order is the one that leaves the smallest error.
+    The last order is the one that leaves the smallest error; deeper trees are
+    only grown while more order helps.
     """
-    held = _holding(rows, room)
-    paths = held.paths
-    if paths is None:
-        return room
-    errors = []
-    for order in range(int(paths.order.max(initial=0)) + 1):
-        some = replace(held, paths=paths.below(order))
-        errors.append(_total(rows, some, rows.responses))
-    best = int(np.argmin(errors))
+    best, errors, most = 1, [0.0], ORDERS[0]
+    for most in ORDERS:
+        held = _holding(rows, replace(room, order=most))
+        paths = held.paths
+        if paths is None:
+            return room
+        deepest = int(paths.order.max(initial=0))
+        errors = [
+            _total(rows, replace(held, paths=paths.below(order)), rows.responses)
+            for order in range(deepest + 1)
+        ]
+        best = int(np.argmin(errors))
+        if best < most - 1 or deepest < most:
+            break
     whole = errors[-1] <= 1.02 * errors[best]
-    return room if whole else replace(room, order=max(best, 1))
+    return replace(room, order=most if whole else max(best, 1))
 
 
 def _rendered(rows: FitSet, room: MeshRoom) -> FloatArray:

@@ -27,6 +27,7 @@ APART_M = 0.12
 OPENING_M = 0.25
 FRONT_M = 0.05
 SURE_Z, SPEAKING, LEAST_GROUPS = 4.0, 0.6, 2
+SURE_POOLED = 8.0
 GROUP_ROWS = 3
 SHIFTS_S = np.concatenate(
     [[0.0], -np.linspace(3e-3, 6e-4, 9), np.linspace(6e-4, 3e-3, 9)]
@@ -120,6 +121,7 @@ def _found(
         float(np.mean(levels)),
         float(np.mean(scores > 3)),
         float(scores.sum() / np.sqrt(len(scores))),
+        int(np.sum(scores > 3)),
     )
 
 
@@ -183,7 +185,9 @@ def find_reentrant(evidence: Evidence, normals: FloatArray) -> list[FoundPlane]:
 
 
 def _sure(plane: FoundPlane) -> bool:
-    return plane.z > SURE_Z and plane.support >= SPEAKING
+    # a wall round a corner is lit by some of the emitters only
+    most = plane.z > SURE_Z and plane.support >= SPEAKING
+    return most or (plane.pooled > SURE_POOLED and plane.speaking >= LEAST_GROUPS)
 
 
 def _likely(evidence: Evidence, normal: FloatArray) -> list[FloatArray]:

@@ -47,6 +47,8 @@ class FoundPlane:
         Part of the groups in front of the plane that speak for it.
     pooled : float
         Score of all groups together, in standard deviations.
+    speaking : int
+        Number of groups that speak for it.
     """
 
     normal: FloatArray
@@ -55,6 +57,7 @@ class FoundPlane:
     strength: float
     support: float
     pooled: float = 0.0
+    speaking: int = 0
 
     @property
     def row(self) -> FloatArray:
