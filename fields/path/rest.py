@@ -28,6 +28,7 @@ __all__ = ["Rest"]
 FloatArray = NDArray[np.float64]
 AIMED = 0.3
 LEAST_ROWS = 16
+EXPLAINED = 0.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,23 +90,27 @@ class Rest:
             Of every arrival, seconds.
         """
         tiles = Tiles(rows.sample_rate, rows.n_samples)
-        said = [early]
         if aimed is None:
             aimed = directivity(rows, latency_s) > AIMED
-        kept = None
-        if len(rows) >= LEAST_ROWS:
-            kept = AlignedRows.of(rows)
+        kept = AlignedRows.of(rows) if len(rows) >= LEAST_ROWS else None
+        said = [early]
+        if kept is not None:
             said.append(kept.left_out(judged))
             if aimed:
                 said.append(kept.left_out(judged, aimed=True))
-        weights = mixing_weights(judged.responses, said, tiles)
-        mixed = mix(tiles, weights, said)
-        completion = Completion.fit(judged, mixed, paths)
+        found = {}
+        for name, weights in _candidates(judged, said, tiles).items():
+            mixed = mix(tiles, weights, said)
+            completion = Completion.fit(judged, mixed, paths)
+            told = completion.apply(mixed, judged.emitters, judged.listeners)
+            found[name] = weights, completion, told
+        answers = {name: one[2] for name, one in found.items()}
+        best = prove(judged, answers).best if len(found) > 1 else next(iter(found))
+        weights, completion, told = found[best]
         if not weights[1:].any():
             kept, weights = None, weights[:1]
         aimed = aimed and kept is not None
         rest = cls(kept, aimed, weights, completion, alarms=completion.alarms)
-        told = completion.apply(mixed, judged.emitters, judged.listeners)
         launch = None
         if aimed and judged.n_places > 1:
             launch = Launch.fit(judged, told, latency_s)
@@ -178,6 +183,21 @@ class Rest:
             Proof(json.loads(str(arrays["proof"]))),
             [str(one) for one in arrays["alarms"]],
         )
+
+
+def _candidates(
+    judged: FitSet, said: list[FloatArray], tiles: Tiles
+) -> dict[str, FloatArray]:
+    """Return weights worth trying: the mixture, and rows alone where paths are poor."""
+    mixture = mixing_weights(judged.responses, said, tiles)
+    found = {"mixture": mixture}
+    left = judged.responses - said[0]
+    loud = float((judged.responses**2).sum())
+    if len(said) < 2 or float((left**2).sum()) < EXPLAINED * loud:
+        return found
+    rows = np.zeros_like(mixture)
+    rows[1] = 1.0
+    return found | {"rows": rows}
 
 
 def _part(arrays: dict[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
