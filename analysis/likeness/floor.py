@@ -16,6 +16,8 @@ __all__ = ["predicted_floor", "worsened"]
 
 FloatArray = NDArray[np.float64]
 
+EMPTY = 1e-3
+"""Power of a band over the largest, under which it counts as an empty end."""
 LEVEL_DEVIATIONS = 4.0
 FEWEST_DRAWS = 20
 """Comparisons that the mean floor rests on at least."""
@@ -91,8 +93,9 @@ def _in_band(change: FloatArray, samples: FloatArray, quiet: FloatArray) -> Floa
     power, own = np.asarray(uniform_filter1d(powers, 33, axis=-1, mode="nearest"))
     floor = noise_density(quiet, len(power)) * len(samples)
     # Two waveforms that have nothing in common differ by twice the power of each;
-    # single lines of a spectrum scatter about that.
-    most = 16 * np.maximum(power - floor, 0.0)
+    # single lines of a loud spectrum scatter about that, and limits there would ring.
+    times = np.where(power > EMPTY * power.max(), 16.0, 1.5)
+    most = times * np.maximum(power - floor, 0.0) * power / (power + 1e-6 * power.max())
     gate = np.sqrt(np.divide(most, own, out=np.ones_like(own), where=own > most))
     return np.asarray(irfft(changed * gate, len(samples)))
 
