@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fields.path.banded import in_half_octaves
+from fields.path.banded_room import BandedRoom
 from fields.path.bank import PulseBank
 from fields.path.box import Box, assemble_boxes
 from fields.path.coloring import Coloring
@@ -150,7 +152,9 @@ _SCALARS = ("speed_of_sound", "latency_s", "sample_rate", "reach_m")
 
 def _room_arrays(fitted: FittedRoom) -> dict[str, Any]:
     room = fitted.room
+    banded = {} if fitted.banded is None else fitted.banded.as_arrays()
     return {
+        **_prefixed("banded", banded),
         **_prefixed("box", vars(room.box)),
         **{name: getattr(room, name) for name in _SCALARS},
         "order": room.order,
@@ -177,7 +181,9 @@ def _room_from(arrays: dict[str, np.ndarray]) -> FittedRoom:
         **scalars,
     )
     coloring = Coloring(arrays["coloring"], scalars["sample_rate"])
-    return FittedRoom(room, coloring, arrays["covariance"], arrays["active"])
+    parts = _part(arrays, "banded")
+    banded = BandedRoom.from_arrays(room, parts) if parts else None
+    return FittedRoom(room, coloring, arrays["covariance"], arrays["active"], banded)
 
 
 def hear_room(
@@ -227,6 +233,13 @@ def hear_room(
             "the waveforms: none is believed"
         )
         return _without_room(rows, alarms, late, *patterns)
+    if isinstance(fitted, FittedRoom) and unexplained > PERFECT:
+        short = round(1.25 * reach_s * rows.sample_rate)
+        banded = in_half_octaves(rows.cut(short), fitted, judged.cut(short))
+        if banded is not None:
+            fitted = banded
+            early = fitted.predict(judged.emitters, judged.listeners, rows.n_samples)
+            unexplained = float(((judged.responses - early) ** 2).sum()) / loud
     alarms += _room_alarms(fitted, unexplained)
     if rows.n_places == 1 and unexplained > LONE:
         alarms.append(

@@ -11,19 +11,18 @@ from fields.path.fitset import FitSet
 from fields.path.half_octaves import HalfOctaves, Kernels
 from rir import Poses
 
-__all__ = ["BandData", "fit_walls", "hear_bands"]
+__all__ = ["BandData", "fit_walls", "hear_bands", "tuned"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 FAINT = 0.03
 """Below this share of its greatest magnitude a source counts as noise."""
-LOSS_SIGMA, PHASE_SIGMA, PATTERN_SIGMA = 0.01, 1.0, 3.0
-WALL_SIGMA = 0.3
+LOSS_SIGMA, PHASE_SIGMA, PATTERN_SIGMA = 0.01, 1.0, 0.5
+WALL_SIGMA, WALL_SHARE = 0.01, 0.4
+"""A wall's factor moves from where a stage starts by a share of it and a little."""
 HEARING_SIGMA = 0.3
-WALL_BOUND = 0.3
+WALL_BOUND, FIRST_DAMPING = 0.1, 0.01
 LEAST_ADMITTANCE, MOST_ADMITTANCE = 1e-3, 8.0
-EDGE = 3
-"""Envelope samples before the end of the rows that do not count."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,31 +62,33 @@ def hear_bands(rows: FitSet, grid: HalfOctaves, source: ComplexArray) -> BandDat
     whole = np.abs(source) ** 2 + floor
     weight = np.abs(source) ** 2 / whole
     targets = grid.split(spectra * (source.conj() / whole), np.ones(len(source)))
-    live = np.concatenate(
-        [
-            (np.arange(length) + EDGE) * grid.size / length < grid.n_samples
-            for length in grid.lengths.tolist()
-        ]
-    )
+    live = np.ones(grid.total, dtype=bool)
     power = np.add.reduceat(np.abs(targets) ** 2 * live, grid.starts, axis=1)
     return BandData(rows.emitters, rows.listeners, targets, weight, live, power)
 
 
 def fit_walls(
-    data: BandData, banded: BandedRoom, turns: int, *, pattern: bool = True
+    data: BandData,
+    banded: BandedRoom,
+    turns: int,
+    *,
+    chosen: NDArray[np.bool_] | None = None,
 ) -> tuple[BandedRoom, FloatArray]:
-    """Move all that belongs to one band only; return the misfit a band as well.
+    """Move all that belongs to one band only, in the `chosen` bands.
 
-    The misfit is a share of the energy, shape (bands,).
+    Returns the room and what each band leaves of its energy, shape (bands,).
     """
+    if chosen is None:
+        chosen = np.ones(banded.grid.bands, dtype=bool)
     weights = 1 / (data.power + 0.1 * np.median(data.power, axis=0) + 1e-300)
     start = banded
     best = banded
+    wide = np.diff(banded.grid.spans, axis=1)[:, 0]
     lowest = np.full(banded.grid.bands, np.inf)
-    damping = np.full(banded.grid.bands, 1e-3)
+    damping = np.full(banded.grid.bands, FIRST_DAMPING)
     held = None
     for turn in range(turns + 1):
-        square, right, misfit = _sums(data, banded, weights)
+        square, right, misfit = _sums(data, banded, weights, chosen)
         now = (weights * misfit).sum(axis=0)
         better = now < lowest
         banded = _chosen(better, banded, best)
@@ -99,14 +100,32 @@ def fit_walls(
         best, held = banded, (square, right)
         if turn == turns:
             break
-        noise = lowest / max(len(weights) * data.live.sum() / len(lowest), 1)
-        step = _steps(square, right, noise, damping, start, banded, pattern)
-        banded = _moved(banded, step)
+        noise = lowest / (2 * len(weights) * wide)
+        step = _steps(square, right, noise, damping, start, banded)
+        banded = _moved(banded, np.where(chosen[:, None], step, 0.0))
     return best, lowest / (weights * data.power).sum(axis=0)
 
 
+def tuned(data: BandData, banded: BandedRoom, band: int) -> BandedRoom:
+    """Return the room with one band's level and phase put right."""
+    told = banded.envelopes(data.emitters, data.listeners, banded.kernels(data.weight))
+    first = int(banded.grid.starts[band])
+    here = slice(first, first + int(banded.grid.lengths[band]))
+    weights = 1 / (data.power[:, band] + 0.1 * np.median(data.power[:, band]))
+    cross = weights @ (told[:, here].conj() * data.targets[:, here]).sum(axis=1)
+    power = weights @ (np.abs(told[:, here]) ** 2).sum(axis=1)
+    factor = cross / max(float(power), 1e-300)
+    phase, emitting = banded.phase.copy(), banded.emitting.copy()
+    phase[band] += np.angle(factor)
+    emitting[band] *= max(float(np.abs(factor)), 0.1)
+    return replace(banded, phase=phase, emitting=emitting)
+
+
 def _sums(
-    data: BandData, banded: BandedRoom, weights: FloatArray
+    data: BandData,
+    banded: BandedRoom,
+    weights: FloatArray,
+    chosen: NDArray[np.bool_],
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     from fields.path.band_kernel import accumulate_bands
 
@@ -121,6 +140,7 @@ def _sums(
         *_parts(kernels),
         most_images(banded),
         data.live,
+        chosen,
         data.targets,
         weights,
         square,
@@ -137,6 +157,7 @@ def _parts(kernels: Kernels):
         kernels.turns,
         kernels.rates,
         kernels.taps,
+        kernels.widths,
     )
 
 
@@ -166,12 +187,13 @@ def _steps(
     damping: FloatArray,
     start: BandedRoom,
     banded: BandedRoom,
-    pattern: bool,
 ) -> FloatArray:
     """Return the next step of every band, shape (bands, columns)."""
-    active = _active(banded, pattern)
+    active = _active(banded)
     level = np.abs(banded.emitting[:, :1])
     sigmas = _sigmas(banded) * np.where(np.arange(_columns(banded)) < PATTERN, 1, level)
+    size = np.abs(start.walls).repeat(2, axis=1)
+    sigmas[:, :LOSS] = WALL_SIGMA + WALL_SHARE * size
     prior = noise[:, None] / sigmas**2
     pull = prior * (_values(start) - _values(banded))
     step = np.zeros_like(right)
@@ -187,11 +209,9 @@ def _steps(
     return step
 
 
-def _active(banded: BandedRoom, pattern: bool) -> NDArray[np.bool_]:
+def _active(banded: BandedRoom) -> NDArray[np.bool_]:
     active = np.ones(_columns(banded), dtype=bool)
     active[:LOSS] = np.repeat(banded.room.box.heard, 2)
-    active[PATTERN:] = pattern
-    active[PATTERN] = True
     if banded.listening.shape[1] > 1:
         # one of the two levels stands
         active[PATTERN + banded.emitting.shape[1]] = False
@@ -200,7 +220,6 @@ def _active(banded: BandedRoom, pattern: bool) -> NDArray[np.bool_]:
 
 def _sigmas(banded: BandedRoom) -> FloatArray:
     sigmas = np.full(_columns(banded), PATTERN_SIGMA)
-    sigmas[:LOSS] = WALL_SIGMA
     sigmas[LOSS], sigmas[PHASE] = LOSS_SIGMA, PHASE_SIGMA
     sigmas[PATTERN + banded.emitting.shape[1] :] = HEARING_SIGMA
     return sigmas

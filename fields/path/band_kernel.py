@@ -166,21 +166,22 @@ def _compared(live, targets, jacobian, model):
 def render_bands(
     emitters, listeners, turns, hearing, low, high, scale, latency, reach, walls,
     angled, loss, emitting, listening, least, most, starts, lengths, turn, rates, taps,
-    room_for, out,
+    widths, room_for, out,
 ):  # fmt: skip
     """Add the images of all rows to envelopes, shape (rows, total)."""
     away, lattice = np.empty((room_for, 4)), np.empty((room_for, 6))
     counts = np.empty((room_for, 6), dtype=np.int64)
     leaving = np.empty((room_for, emitting.shape[1]))
     arriving = np.empty((room_for, listening.shape[1]))
-    fractions, width = taps.shape[1] - 1, taps.shape[2]
-    lead = width // 2 - 1
+    fractions = taps.shape[1] - 1
     for row in range(len(emitters)):
         found = list_images(
             emitters[row] - low, listeners[row] - low, turns[row], hearing[row], low,
             high, reach, least, most, away, lattice, counts, leaving, arriving,
         )  # fmt: skip
         for band in range(len(starts)):
+            width = widths[band]
+            lead = width // 2 - 1
             here = out[row, starts[band] : starts[band] + lengths[band]]
             for n in range(found):
                 length = away[n, 3]
@@ -207,7 +208,7 @@ def render_bands(
 def accumulate_bands(
     emitters, listeners, turns, hearing, low, high, scale, latency, reach, walls,
     angled, loss, emitting, listening, least, most, starts, lengths, turn, rates, taps,
-    room_for, live, targets, weights, square, right, misfit,
+    widths, room_for, live, chosen, targets, weights, square, right, misfit,
 ):  # fmt: skip
     """Add up normal equations of every band's walls, air, phase and patterns.
 
@@ -215,6 +216,8 @@ def accumulate_bands(
     ----------
     live : ndarray of bool, shape (total,)
         Envelope samples that count.
+    chosen : ndarray of bool, shape (bands,)
+        Bands that are looked at.
     targets : ndarray, shape (rows, total)
         Complex envelopes.
     weights : ndarray, shape (rows, bands)
@@ -226,21 +229,24 @@ def accumulate_bands(
     counts = np.empty((room_for, 6), dtype=np.int64)
     said, heard = emitting.shape[1], listening.shape[1]
     leaving, arriving = np.empty((room_for, said)), np.empty((room_for, heard))
-    fractions, width = taps.shape[1] - 1, taps.shape[2]
-    lead = width // 2 - 1
+    fractions = taps.shape[1] - 1
     columns = PATTERN + said + (heard if heard > 1 else 0)
     terms = np.empty((2, 2 * columns))
     spare = np.empty((lengths.max(), 2 * columns))
     told = np.empty((lengths.max(), 2))
     real, imag = terms[0, :columns], terms[0, columns:]
-    square[:], right[:] = 0.0, 0.0
+    square[:], right[:], misfit[:] = 0.0, 0.0, 0.0
     for row in range(len(emitters)):
         found = list_images(
             emitters[row] - low, listeners[row] - low, turns[row], hearing[row], low,
             high, reach, least, most, away, lattice, counts, leaving, arriving,
         )  # fmt: skip
         for band in range(len(starts)):
+            if not chosen[band]:
+                continue
             size = lengths[band]
+            width = widths[band]
+            lead = width // 2 - 1
             jacobian, model = spare[:size], told[:size]
             jacobian[:], model[:] = 0.0, 0.0
             for n in range(found):
@@ -304,8 +310,8 @@ def accumulate_bands(
 def accumulate_places(
     emitters, listeners, turns, hearing, low, high, scale, latency, reach, walls,
     angled, loss, emitting, listening, least, most, starts, lengths, turn, rates, taps,
-    slopes, room_for, live, chosen, center, speed, rate, targets, weights, square,
-    right, misfit,
+    widths, slopes, room_for, live, chosen, center, speed, rate, targets, weights,
+    square, right, misfit,
 ):  # fmt: skip
     """Add up each row's normal equations of geometry and both its places.
 
@@ -317,8 +323,7 @@ def accumulate_places(
     counts = np.empty((room_for, 6), dtype=np.int64)
     leaving = np.empty((room_for, emitting.shape[1]))
     arriving = np.empty((room_for, listening.shape[1]))
-    fractions, width = taps.shape[1] - 1, taps.shape[2]
-    lead = width // 2 - 1
+    fractions = taps.shape[1] - 1
     columns = 17
     moved = np.empty((room_for, columns))
     terms = np.zeros((2, 2 * columns))
@@ -350,6 +355,8 @@ def accumulate_places(
             if not chosen[band]:
                 continue
             size = lengths[band]
+            width = widths[band]
+            lead = width // 2 - 1
             jacobian, model = spare[:size], told[:size]
             jacobian[:], model[:] = 0.0, 0.0
             for n in range(found):

@@ -122,6 +122,7 @@ def _sums(
         kernels.turns,
         kernels.rates,
         kernels.taps,
+        kernels.widths,
         kernels.slopes,
         most_images(banded),
         data.live,
@@ -185,9 +186,7 @@ def _moved(at: Moved, step: FloatArray, moves: FloatArray) -> Moved:
         _shifted(at.data.emitters, moves[:, 3:] @ box.axes),
         _shifted(at.data.listeners, moves[:, :3] @ box.axes),
     )
-    return Moved(
-        replace(at.banded, room=room), data, at.shifts + moves, at.covariance
-    )
+    return Moved(replace(at.banded, room=room), data, at.shifts + moves, at.covariance)
 
 
 def _shifted(poses: Poses, moves: FloatArray) -> Poses:

@@ -1,21 +1,35 @@
 """From a fitted box to one whose walls depend on frequency and angle."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fields.path.band_fit import BandData, fit_walls, hear_bands
+from fields.path.band_fit import BandData, fit_walls, hear_bands, tuned
+from fields.path.band_places import fit_places
 from fields.path.banded_room import BandedRoom
-from fields.path.direct import DirectSound
+from fields.path.direct import DirectSound, read_direct
 from fields.path.fitset import FitSet
 from fields.path.half_octaves import HalfOctaves
 from fields.path.room import OMNI, BoxRoom
+from fields.path.shoebox import FittedRoom
+from rir import Poses
 from rir.physics import air_absorption
 
-__all__ = ["start_banded"]
+__all__ = ["fit_banded", "in_half_octaves", "start_banded"]
 
 FloatArray = NDArray[np.float64]
+ROWS, FEW, LEAST_ROWS = 96, 32, 24
+WORTH = 0.9
+CLEAR_HZ = 400.0, 1500.0
+POSE_SIGMA_M = 0.003
+LOW_HZ, MIDDLE_HZ, HIGH_HZ = 200.0, 2000.0, 6000.0
+ORDERS = 24
+DEEP_HZ = 110.0
+UNHEARD = 0.6
+"""Images that leave more of the clearest bands' energy are not worth the turns."""
+EQUAL_S = 0.03
 SLANT = 0.6
 """Cosine at which a factor and an admittance are taken for the same wall."""
 
@@ -44,3 +58,164 @@ def start_banded(
         np.tile(room.listening, (grid.bands, 1)),
         source,
     )
+
+
+def fit_banded(
+    rows: FitSet,
+    direct: DirectSound,
+    room: BoxRoom,
+    *,
+    pose_sigma_m: float = POSE_SIGMA_M,
+) -> BandedRoom | None:
+    """Fit a box half octave by half octave, its walls and the rows' places in turns.
+
+    Parameters
+    ----------
+    rows : FitSet
+        Measured rows.
+    direct : DirectSound
+        Their direct sounds, for the source's first spectrum.
+    room : BoxRoom
+        The box as fitted with one factor a wall.
+    pose_sigma_m : float
+        Standard deviation of each stated coordinate, metres.
+
+    Returns
+    -------
+    BandedRoom or None
+        None where images explain too little for half octaves to be worth it.
+    """
+    rows = rows.spread(ROWS)
+    few = rows.spread(FEW)
+    banded = _first_walls(few, direct, room)
+    if banded is None:
+        return None
+    data = hear_bands(rows, banded.grid, banded.source)
+    shifts = None
+    for edge in (MIDDLE_HZ, HIGH_HZ):
+        centers = banded.grid.centers
+        chosen = (centers > LOW_HZ) & (centers < edge)
+        moved = fit_places(data, banded, chosen, 2, pose_sigma_m, shifts)
+        data, shifts = moved.data, moved.shifts
+        banded = _ordered(rows, data, moved.banded)
+        banded = _equalised(rows, data.emitters, data.listeners, banded)
+        heard = hear_bands(rows, banded.grid, banded.source)
+        data = heard.moved(data.emitters, data.listeners)
+        banded, _ = fit_walls(data, banded, 2, chosen=centers > DEEP_HZ)
+        banded = _deepened(data, banded)
+    return _equalised(rows, data.emitters, data.listeners, banded)
+
+
+def in_half_octaves(
+    rows: FitSet, fitted: FittedRoom, judged: FitSet
+) -> FittedRoom | None:
+    """Return the room with banded walls where they tell unheard rows better."""
+    if len(rows) < LEAST_ROWS:
+        return None
+    try:
+        banded = fit_banded(rows, read_direct(rows), fitted.room)
+    except np.linalg.LinAlgError:
+        return None
+    if banded is None:
+        return None
+    better = replace(fitted, room=banded.room, banded=banded)
+    # the first rows of a spread are those that were fitted
+    fresh = judged.spread_rest(ROWS) if len(judged) > ROWS + FEW else judged
+    gain = _gap(fresh, better) / max(_gap(fresh, fitted), 1e-300)
+    return better if gain < WORTH else None
+
+
+def _gap(rows: FitSet, fitted: FittedRoom) -> float:
+    told = fitted.predict(rows.emitters, rows.listeners, rows.n_samples)
+    return float(((rows.responses - told) ** 2).sum())
+
+
+def _first_walls(rows: FitSet, direct: DirectSound, room: BoxRoom) -> BandedRoom | None:
+    """Return walls of all bands, found from the clearest bands outwards."""
+    tried = []
+    for angled in (True, False):
+        banded = start_banded(rows, direct, room, angled=angled)
+        banded = _equalised(rows, rows.emitters, rows.listeners, banded)
+        data = hear_bands(rows, banded.grid, banded.source)
+        centers = banded.grid.centers
+        clear = (centers > CLEAR_HZ[0]) & (centers < CLEAR_HZ[1])
+        if not clear.any():
+            return None
+        banded, left = fit_walls(data, banded, 3, chosen=clear)
+        tried.append((float(left[clear].mean()), banded, data))
+    left, banded, data = min(tried, key=lambda one: one[0])
+    if left > UNHEARD:
+        return None
+    lowest, highest = np.flatnonzero(clear)[[0, -1]].tolist()
+    banded = _copied(banded, highest, range(highest + 1, banded.grid.bands))
+    upper = centers > centers[highest]
+    if upper.any():
+        banded, _ = fit_walls(data, banded, 2, chosen=upper)
+    for band in range(lowest - 1, -1, -1):
+        banded = tuned(data, _copied(banded, band + 1, [band]), band)
+        alone = np.arange(banded.grid.bands) == band
+        if centers[band] > DEEP_HZ:
+            banded, _ = fit_walls(data, banded, 4, chosen=alone)
+    return banded
+
+
+def _deepened(data: BandData, banded: BandedRoom) -> BandedRoom:
+    """Let the deepest bands have the walls of the first that rows can tell."""
+    deep = np.flatnonzero(banded.grid.centers <= DEEP_HZ)
+    for band in deep[::-1].tolist():
+        if band + 1 < banded.grid.bands:
+            banded = tuned(data, _copied(banded, band + 1, [band]), band)
+    return banded
+
+
+def _copied(banded: BandedRoom, band: int, to: Iterable[int]) -> BandedRoom:
+    """Let bands start from another one."""
+    parts = {name: getattr(banded, name).copy() for name in _BANDWISE}
+    for one in parts.values():
+        one[list(to)] = one[band]
+    return replace(banded, **parts)
+
+
+_BANDWISE = ("walls", "loss", "phase", "emitting", "listening")
+
+
+def _ordered(rows: FitSet, data: BandData, banded: BandedRoom) -> BandedRoom:
+    """Stop at the order where the sound stops, as simulators do."""
+    heard = np.fft.rfft(rows.responses, banded.grid.size)
+    some = slice(0, None, 4)
+    ends = data.emitters[some], data.listeners[some]
+    rest = heard[some] * (banded.grid.masks.sum(axis=0) > 0.5)
+    errors = []
+    for order in range(ORDERS + 1):
+        most = order if order < ORDERS else 400
+        part = replace(banded, room=banded.room.with_order(order, most))
+        rest = rest - part.images(*ends) * banded.source
+        errors.append(float((np.abs(rest) ** 2).sum()))
+    best = int(np.argmin(errors))
+    whole = errors[-1] <= 1.002 * errors[best]
+    order = 400 if whole else max(best, 1)
+    return replace(banded, room=replace(banded.room, least=0, order=order))
+
+
+def _equalised(
+    rows: FitSet, emitters: Poses, listeners: Poses, banded: BandedRoom
+) -> BandedRoom:
+    """Bring the source's spectrum to what rows say of it."""
+    grid = banded.grid
+    heard = np.fft.rfft(rows.responses, grid.size)
+    told = banded.images(emitters, listeners)
+    weight = 1 / (np.abs(heard) ** 2).sum(axis=1, keepdims=True)
+    cross = (weight * told.conj() * heard).sum(axis=0)
+    power = (weight * np.abs(told) ** 2).sum(axis=0)
+    floor = 1e-3 * float(power.max()) + 1e-300
+    found = _smooth(cross, grid) / (_smooth(power, grid).real + floor)
+    return replace(banded, source=found)
+
+
+def _smooth(spectrum: NDArray, grid: HalfOctaves) -> NDArray[np.complex128]:
+    """Keep what lasts no longer than a source's response."""
+    at = np.arange(grid.size)
+    around = np.minimum(at, grid.size - at) / (EQUAL_S * grid.sample_rate)
+    window = np.where(around < 1, np.cos(0.5 * np.pi * np.minimum(around, 1)) ** 2, 0)
+    kept = np.fft.irfft(spectrum, grid.size) * window
+    return np.fft.rfft(kept)

@@ -92,6 +92,7 @@ class BandedRoom:
             plain.rates,
             np.ascontiguousarray(plain.taps * turn),
             np.ascontiguousarray(plain.slopes * turn),
+            plain.widths,
         )
 
     def inside(self) -> tuple[Any, ...]:
@@ -108,6 +109,23 @@ class BandedRoom:
             room.order,
         )
 
+    def as_arrays(self) -> dict[str, np.ndarray]:
+        """Return all but the geometry as plain arrays, for a file."""
+        names = ("walls", "loss", "phase", "emitting", "listening", "source")
+        return {
+            **{name: getattr(self, name) for name in names},
+            "angled": np.array(self.angled),
+            "n_samples": np.array(self.grid.n_samples),
+        }
+
+    @classmethod
+    def from_arrays(cls, room: BoxRoom, arrays: dict[str, np.ndarray]) -> "BandedRoom":
+        """Rebuild what :meth:`as_arrays` returned."""
+        parts: dict[str, Any] = dict(arrays)
+        n_samples = int(parts.pop("n_samples"))
+        parts["angled"] = bool(parts["angled"])
+        return cls(room, HalfOctaves(room.sample_rate, n_samples), **parts)
+
     def reflection(self) -> FloatArray:
         """Return each wall's factor of energy at 60 degrees, shape (bands, 6)."""
         if not self.angled:
@@ -122,6 +140,7 @@ def _parts(kernels: Kernels) -> tuple[Any, ...]:
         kernels.turns,
         kernels.rates,
         kernels.taps,
+        kernels.widths,
     )
 
 

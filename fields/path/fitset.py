@@ -81,6 +81,15 @@ class FitSet:
         order = np.argsort(_turns(self.places), kind="stable")
         return self.rows(np.sort(order[:count]))
 
+    def spread_rest(self, count: int) -> "FitSet":
+        """Return the rows that :meth:`spread` leaves out."""
+        order = np.argsort(_turns(self.places), kind="stable")
+        return self.rows(np.sort(order[count:]))
+
+    def cut(self, n_samples: int) -> "FitSet":
+        """Return the rows' first samples."""
+        return replace(self, responses=self.responses[:, :n_samples])
+
     @classmethod
     def of(cls, data: FieldData) -> "FitSet":
         """Take over the rows a field is trained on."""

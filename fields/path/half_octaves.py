@@ -14,11 +14,11 @@ __all__ = ["HalfOctaves", "Kernels"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
-LOWEST_HZ = 110.0
+LOWEST_HZ = 40.0
 PAD_S = 0.03
 SPARE = 1.6
 """Envelope samples over the bins of a band."""
-FRACTIONS, TAPS = 64, 14
+FRACTIONS, TAPS, MOST_TAPS = 64, 14, 48
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,9 +31,11 @@ class Kernels:
         Where each band's envelope stands in a flat row.
     turns, rates : ndarray, shape (bands,)
         Radians of the band's middle a sample, envelope samples a sample.
-    taps, slopes : ndarray, shape (bands, FRACTIONS + 1, TAPS)
+    taps, slopes : ndarray, shape (bands, FRACTIONS + 1, MOST_TAPS)
         Complex taps by the fraction of an envelope sample, and their derivatives by
         the arrival time in samples.
+    widths : ndarray of int, shape (bands,)
+        Taps that count; short bands hold their whole period.
     """
 
     starts: NDArray[np.int64]
@@ -42,6 +44,7 @@ class Kernels:
     rates: FloatArray
     taps: ComplexArray
     slopes: ComplexArray
+    widths: NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -61,7 +64,7 @@ class HalfOctaves:
 
     @cached_property
     def centers(self) -> FloatArray:
-        """Middles of the bands, hertz; the first reaches to 0."""
+        """Middles of the bands, hertz."""
         top = 0.5 * self.sample_rate
         count = max(int(2 * np.log2(max(top / LOWEST_HZ, 1.0))), 1)
         return top * 2.0 ** (-0.5 * np.arange(count, -1, -1))
@@ -78,9 +81,12 @@ class HalfOctaves:
 
     @cached_property
     def masks(self) -> FloatArray:
-        """Weights of the bins in each band, shape (bands, bins); they add up to 1."""
+        """Weights of the bins in each band, shape (bands, bins).
+
+        They add up to 1 from the middle of the first band on, and fall to 0 below.
+        """
         place = 2 * np.log2(np.maximum(self.hertz, 1e-3) / self.centers[0])
-        place = np.clip(place, 0, self.bands - 1)
+        place = np.minimum(place, self.bands - 1)
         gap = np.abs(place - np.arange(self.bands)[:, None])
         return np.cos(0.5 * np.pi * np.clip(gap, 0, 1)) ** 2
 
@@ -140,18 +146,21 @@ class HalfOctaves:
         return out
 
     def kernels(self, weight: FloatArray) -> Kernels:
-        """Return arrivals of a flat spectrum times masks and `weight`, shape (bins,)."""
+        """Return arrivals of a source of spectrum `weight`, shape (bins,)."""
         fractions = np.arange(FRACTIONS + 1) / FRACTIONS
-        at = np.arange(TAPS) - TAPS // 2 + 1 - fractions[:, None]
-        taps = np.empty((self.bands, FRACTIONS + 1, TAPS), dtype=np.complex128)
-        slopes = np.empty_like(taps)
+        shape = self.bands, FRACTIONS + 1, MOST_TAPS
+        taps, slopes = np.zeros(shape, complex), np.zeros(shape, complex)
+        widths = np.where(self.lengths <= MOST_TAPS, self.lengths, TAPS)
         for band, (first, last) in enumerate(self.spans.tolist()):
             length, bins = int(self.lengths[band]), np.arange(first, last)
             mine = self.masks[band, first:last] * weight[first:last] / length
             phase = 2j * np.pi * (bins - self.middles[band]) / length
+            width = int(widths[band])
+            at = np.arange(width) - width // 2 + 1 - fractions[:, None]
             wave = np.exp(phase * at[..., None])
-            taps[band] = wave @ mine
-            slopes[band] = wave @ (mine * (-2j * np.pi * bins / self.size))
+            taps[band, :, :width] = wave @ mine
+            slope = mine * (-2j * np.pi * bins / self.size)
+            slopes[band, :, :width] = wave @ slope
         turns = 2 * np.pi * self.middles / self.size
         rates = self.lengths / self.size
-        return Kernels(self.starts, self.lengths, turns, rates, taps, slopes)
+        return Kernels(self.starts, self.lengths, turns, rates, taps, slopes, widths)

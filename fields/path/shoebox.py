@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fields.path.banded_room import BandedRoom
 from fields.path.bank import ideal_bank
 from fields.path.box import Box
 from fields.path.box_fit import Fitted, Step, fit_bank, fit_room, slow_columns
@@ -40,9 +41,12 @@ class FittedRoom:
     coloring: Coloring
     covariance: FloatArray
     active: NDArray[np.bool_]
+    banded: BandedRoom | None = None
 
     def predict(self, emitters: Poses, listeners: Poses, n_samples: int) -> FloatArray:
         """Return all paths' sound, shape (rows, n_samples)."""
+        if self.banded is not None:
+            return self.banded.render(emitters, listeners, n_samples)
         plain = self.room.render(emitters, listeners, n_samples)
         return plain + self.coloring.added(plain)
 
