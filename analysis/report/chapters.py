@@ -31,20 +31,36 @@ def overview_chapter(rooms: Sequence[Mapping[str, Any]]) -> str:
     """Return the table of all rooms, like the paper's."""
     first = rooms[0]["metrics"]
     symbols = list(first)
-    heads = [
-        f"{s} [{escape(first[s]['unit'])}]" if first[s]["unit"] else s for s in symbols
-    ]
     rows = [row for room in rooms for row in _room_rows(room, symbols)]
+    odd = any(_has_outliers(room) for room in rooms)
+    without = "<b>Without outliers</b>: paired, without the pairs named below. "
     return (
         "<h2>Paired and un-paired responses</h2>"
-        + _table(["", *heads], rows)
+        + _table(["", *_heads(first)], rows)
         + "<p>Mean distance, below it the 95 % interval of the mean over pairs. "
-        "<b>Without outliers</b>: paired, without the pairs named below. "
-        "<b>Ratio</b>: how many times closer swapped responses are than strangers of "
+        + (without if odd else "")
+        + "<b>Ratio</b>: how many times closer swapped responses are than strangers of "
         "the same room. <b>P</b>: chance that an un-paired distance exceeds a paired "
         "one. <b>Floor</b>: paired distance that noise, logged temperature and the "
         "repeatability of places alone would leave.</p>"
     )
+
+
+def _heads(metrics: Mapping[str, Any]) -> list[str]:
+    """Return the symbols with their units on a line that may break."""
+    return [
+        f"{symbol} <span>[{escape(m['unit'])}]</span>" if m["unit"] else symbol
+        for symbol, m in metrics.items()
+    ]
+
+
+def _has_outliers(room: Mapping[str, Any]) -> bool:
+    return any(pair["faults"] for pair in room["pairs"])
+
+
+def _signed(value: float) -> str:
+    """Return a number with its sign, and none where it rounds to zero."""
+    return f"{value:+.2f}" if abs(value) >= 0.005 else "0.00"
 
 
 def _room_rows(room: Mapping[str, Any], symbols: Sequence[str]) -> list[str]:
@@ -57,7 +73,7 @@ def _room_rows(room: Mapping[str, Any], symbols: Sequence[str]) -> list[str]:
         "P": [number(m["superiority"]) for m in metrics],
         "floor": [number(m["floor"], 2) for m in metrics],
     }
-    if not any(pair["faults"] for pair in room["pairs"]):
+    if not _has_outliers(room):
         del lines["without outliers"]
     about = f"{room['mark']}, {room['n_pairs']} pairs"
     rows = [
@@ -73,7 +89,9 @@ def _room_rows(room: Mapping[str, Any], symbols: Sequence[str]) -> list[str]:
 
 def room_chapter(index: int, room: Mapping[str, Any], drawn: Mapping[str, str]) -> str:
     """Return everything of one room."""
-    figures = "".join(f"<figure>{text}</figure>" for text in drawn.values())
+    figures = "".join(
+        f'<figure class="{name}">{text}</figure>' for name, text in drawn.items()
+    )
     return (
         f'<section data-room="{index}"><h2>{escape(room["room"])} '
         f"({room['mark']})</h2>{_outliers(room)}"
@@ -107,15 +125,16 @@ def _pair_table(room: Mapping[str, Any]) -> str:
     rows = []
     for k, pair in enumerate(room["pairs"]):
         values = "".join(f"<td>{number(pair['distances'][s])}</td>" for s in symbols)
-        values += "".join(f"<td>{pair[key]:+.2f}</td>" for key in fits.values())
+        values += "".join(f"<td>{_signed(pair[key])}</td>" for key in fits.values())
         reason = escape(", ".join(fault["kind"] for fault in pair["faults"]))
         rows.append(
             f'<tr data-pair="{k}" tabindex="0"><td>{escape(pair["pair"])}</td>{values}'
             f'<td class="flag">{reason}</td></tr>'
         )
+    heads = ["pair", *_heads(room["metrics"]), *fits, ""]
     return (
         "<details open><summary>Pairs (choose one to see it)</summary>"
-        '<div class="tall">' + _table(["pair", *symbols, *fits, ""], rows) + "</div>"
+        '<div class="tall">' + _table(heads, rows) + "</div>"
         "</details>"
     )
 

@@ -110,7 +110,7 @@ def _cell(x: float, y: float, wide: float, tall: float, value: float) -> str:
             ' fill="#8883"><title>covered by noise</title></rect>'
         )
     share = min(1.0, max(0.0, value))
-    color = f"hsl({8 + 200 * share:.0f} 65% 45%)"
+    color = f"hsl({8 + 200 * share:.0f} 65% 33%)"
     return (
         f'<rect x="{x:.1f}" y="{y}" width="{wide - 1:.1f}" height="{tall - 1}"'
         f' fill="{color}"/><text x="{x + wide / 2:.1f}" y="{y + 14}" fill="#fff"'

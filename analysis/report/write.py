@@ -112,7 +112,7 @@ def _write(folder: Path, report: Mapping[str, Any], page: str) -> dict[str, Path
 def _methods(options: StudyOptions) -> dict[str, str]:
     methods = {
         f"{symbol} ({metric.flavour(options.flavour).version})": (
-            f"{metric.formula}. {metric.flavour(options.flavour).source}."
+            f"{metric.formula}; {metric.flavour(options.flavour).source}"
         )
         for symbol, metric in METRICS.items()
     }
@@ -126,7 +126,7 @@ def _methods(options: StudyOptions) -> dict[str, str]:
         "length": "whole" if length is None else f"the first {length:g} s",
         "intervals": f"95 %, studentised bootstrap over pairs, seed {options.seed}",
         "floor": (
-            "one made-up reverse take for each pair: noise of both takes, logged "
+            "made-up reverse takes, 20 or more a room: noise of both takes, logged "
             f"change of temperature, repeatability of places ({places})"
         ),
         "coherence": (
