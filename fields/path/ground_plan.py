@@ -161,6 +161,8 @@ def _walls(
     listeners: FloatArray,
     height: float,
 ) -> list[PlanWall]:
+    if fitted.n_walls == 0:
+        return []
     shape, spread, factors = _shape_of(fitted)
     cuts = cut_at(shape.vertices[shape.faces], shape.plane_of, height)
     walls = []
