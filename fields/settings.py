@@ -76,7 +76,10 @@ def _unfit(name: str, value: Any, default: Any, kind: Any) -> str:
     """Say why a value cannot stand where ``default`` stands."""
     if get_origin(kind) is Literal:
         choices = get_args(kind)
-        return "" if value in choices else f"no {value!r}; known: {', '.join(choices)}"
+        known = ", ".join(map(str, choices))
+        # 1 equals True, but is no switch.
+        held = any(type(value) is type(one) and value == one for one in choices)
+        return "" if held else f"no {value!r}; known: {known}"
     kinds = (int, float) if isinstance(default, float) else (type(default),)
     # True is an int to Python, but no number to a person.
     switched = isinstance(value, bool) and not isinstance(default, bool)

@@ -8,6 +8,7 @@ straight to samples.
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import torch
@@ -42,8 +43,9 @@ class Config:
     "residual layers of each tower and of the decoder"
     relative: bool = True
     "tell the decoder offset and distance between the ends"
-    tied: bool = False
+    tied: Literal["auto", True, False] = "auto"
     "one tower for both ends: exactly reciprocal, blind to unequal patterns"
+    # auto: where both devices are known to have one pattern, and relative is on.
     aligned: bool = True
     "shift the decoded waveform to the arrival of the direct sound"
     oriented: bool = True
@@ -78,10 +80,11 @@ class Inras(nn.Module):
         self.encode_distances = Sinusoids(config.distance_octaves, len(points))
         inputs = self.encode.width + self.encode_distances.width
         inputs += 6 if config.oriented else 0
+        self.tied = _is_tied(frame, config)
         self.listener_tower = ResidualPerceptron(inputs, config.width, config.depth)
         self.emitter_tower = (
             self.listener_tower
-            if config.tied
+            if self.tied
             else ResidualPerceptron(inputs, config.width, config.depth)
         )
         shared = self._shared_width()
@@ -96,7 +99,7 @@ class Inras(nn.Module):
     def _shared_width(self) -> int:
         if not self.config.relative:
             return 0
-        offset = 4 if self.config.tied else self.encode_offset.width
+        offset = 4 if self.tied else self.encode_offset.width
         return offset + 1
 
     def observe(self, data: FieldData) -> None:
@@ -128,7 +131,7 @@ class Inras(nn.Module):
         offset = (query.emitter - query.listener) / self.reach
         distance = query.distance[:, None] / self.reach
         near = shoulder(distance, 0.05)
-        if self.config.tied:
+        if self.tied:
             # Only even functions of the offset keep the field reciprocal.
             return torch.cat([offset.abs(), distance, near], dim=-1)
         return torch.cat(
@@ -147,6 +150,13 @@ class Inras(nn.Module):
     def render(self, query: Query) -> Tensor:
         """Return responses, shape (batch, n_samples)."""
         return self(query)
+
+
+def _is_tied(frame: SceneFrame, config: Config) -> bool:
+    if config.tied != "auto":
+        return config.tied
+    known = frame.emitter_gain is not None
+    return config.relative and known and frame.emitter_gain == frame.listener_gain
 
 
 def _row(values: np.ndarray) -> Tensor:

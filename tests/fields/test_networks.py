@@ -11,6 +11,7 @@ from numpy.testing import assert_array_equal
 from fields import FIELDS
 from fields.data import prepare
 from fields.plan import TrainingPlan
+from rir import GainPattern
 from rir.errors import TrainingError
 
 NEURAL = [name for name, kind in FIELDS.items() if kind.neural]
@@ -80,6 +81,26 @@ def test_tied_inras_is_exactly_reciprocal(data):
         field.predict(data.emitters, data.listeners),
         field.predict(data.listeners, data.emitters),
     )
+
+
+@pytest.mark.parametrize(
+    ("gains", "config", "tied"),
+    [
+        ((GainPattern.omni(), GainPattern.omni()), {}, True),
+        ((GainPattern.cardioid(), GainPattern.omni()), {}, False),
+        ((None, None), {}, False),
+        ((GainPattern.omni(), GainPattern.omni()), {"relative": False}, False),
+        ((GainPattern.cardioid(), GainPattern.omni()), {"tied": True}, True),
+    ],
+)
+def test_inras_ties_its_towers_where_patterns_are_known_to_be_equal(
+    data, gains, config, tied
+):
+    module = FIELDS["inras"].load_module()
+    emitting, listening = gains
+    frame = replace(data.frame, emitter_gain=emitting, listener_gain=listening)
+    network = module.Inras(frame, module.Config(width=8, **config))
+    assert (network.emitter_tower is network.listener_tower) is tied
 
 
 def test_missing_cuda_is_said(data):
