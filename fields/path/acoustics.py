@@ -12,6 +12,7 @@ from fields.path.bank import PulseBank
 from fields.path.box import Box, assemble_boxes
 from fields.path.coloring import Coloring
 from fields.path.direct import read_direct
+from fields.path.doubtful import doubtful_rows, doubtful_words
 from fields.path.fallback import NearestRows
 from fields.path.fitset import FitSet
 from fields.path.open_air import fit_open_air
@@ -222,8 +223,12 @@ def hear_room(
     patterns = listening, emitting, aimed
     if fitted is None:
         return _without_room(rows, alarms, late, *patterns)
-    judged = rows.spread(COMPLETED_ROWS)
+    heard = _sounding(rows)
+    judged = heard.spread(COMPLETED_ROWS)
     early = fitted.predict(judged.emitters, judged.listeners, rows.n_samples)
+    doubtful = doubtful_rows(judged, early)
+    alarms += doubtful_words(judged, doubtful)
+    judged, early = judged.rows(np.flatnonzero(~doubtful)), early[~doubtful]
     loud = max(float((judged.responses**2).sum()), 1e-300)
     unexplained = float(((judged.responses - early) ** 2).sum()) / loud
     # where geometry says nothing it must not be believed
@@ -251,7 +256,7 @@ def hear_room(
     rest = None
     if late and unexplained > PERFECT:
         late_s = _latency(fitted)
-        rest = Rest.fit(rows, judged, early, fitted, aimed=aimed, latency_s=late_s)
+        rest = Rest.fit(heard, judged, early, fitted, aimed=aimed, latency_s=late_s)
         alarms += rest.alarms
     return Acoustics(fitted, None, rest, unexplained, alarms)
 
