@@ -27,7 +27,7 @@ _THINNING = (0.3, 0.6)
 _MIRRORED = 0.6
 """Share of the rays that follow mirrors only, where surfaces scatter."""
 
-_PATCHES = 1.5
+_PATCHES = 1.0
 """Patches per root of the rays, within limits: finer where noise is lower."""
 
 _FEWEST, _MOST = 64, 8192

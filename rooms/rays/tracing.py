@@ -277,9 +277,10 @@ def trace(
             mirrored = False
             u, v, square = 0.0, 0.0, 2.0
             while square >= 1.0:
+                # the next number and the bits below it
                 state, u = draw(state)
-                state, v = draw(state)
-                u, v = 2.0 * u - 1.0, 2.0 * v - 1.0
+                v = u * 67108864.0
+                u, v = 2.0 * u - 1.0, 2.0 * (v - np.floor(v)) - 1.0
                 square = u * u + v * v
             # a point on the unit sphere around the normal's tip: Lambert's law
             # G. Marsaglia, Ann. Math. Statist. 43, 645 (1972)
@@ -290,6 +291,7 @@ def trace(
             size = np.sqrt(wx * wx + wy * wy + wz * wz)
             if size < 1e-9:
                 wx, wy, wz, size = nx, ny, nz, 1.0
-            wx, wy, wz = wx / size, wy / size, wz / size
+            size = 1.0 / size
+            wx, wy, wz = wx * size, wy * size, wz * size
     _put_down(flux, waiting, loads, count, width)
     return segments
