@@ -18,6 +18,7 @@ FloatArray = NDArray[np.float64]
 
 EMPTY = 1e-3
 """Power of a band over the largest, under which it counts as an empty end."""
+GATE_HZ = 30.0
 LEVEL_DEVIATIONS = 4.0
 FEWEST_DRAWS = 20
 """Comparisons that the mean floor rests on at least."""
@@ -53,11 +54,11 @@ def worsened(
     moved, own = forward, quiet_part(forward, sample_rate)
     if position_m > 0:
         change = displaced(forward, sample_rate, rng, position_m) - forward
-        moved = forward + _in_band(change, forward, own)
+        moved = forward + _in_band(change, forward, own, sample_rate)
     if temperature_change:
         time = np.arange(len(moved)) * (1 + STRETCH_PER_KELVIN * temperature_change)
         change = resampled_at(moved, time) - moved
-        moved = moved + _in_band(change, moved, own)
+        moved = moved + _in_band(change, moved, own, sample_rate)
     quiet = quiet_part(reverse, sample_rate) * _same_level(
         forward, reverse, sample_rate
     )
@@ -79,14 +80,16 @@ def _same_level(forward: FloatArray, reverse: FloatArray, sample_rate: int) -> f
     return float(np.sqrt(powers[0] / powers[1])) if alike else 1.0
 
 
-def _in_band(change: FloatArray, samples: FloatArray, quiet: FloatArray) -> FloatArray:
+def _in_band(
+    change: FloatArray, samples: FloatArray, quiet: FloatArray, sample_rate: int
+) -> FloatArray:
     """Return a change with no more power than what it changes can give.
 
     Interpolation and cutting errors would otherwise fill the empty ends of the band;
     the loudspeaker that empties them acts on every displaced response alike.
     """
     from scipy.fft import irfft, rfft
-    from scipy.ndimage import uniform_filter1d
+    from scipy.ndimage import gaussian_filter1d, uniform_filter1d
 
     changed = np.asarray(rfft(change))
     powers = np.abs(np.stack([np.asarray(rfft(samples)), changed])) ** 2
@@ -97,6 +100,8 @@ def _in_band(change: FloatArray, samples: FloatArray, quiet: FloatArray) -> Floa
     times = np.where(power > EMPTY * power.max(), 16.0, 1.5)
     most = times * np.maximum(power - floor, 0.0) * power / (power + 1e-6 * power.max())
     gate = np.sqrt(np.divide(most, own, out=np.ones_like(own), where=own > most))
+    # A gate with corners would ring from loud beginnings into quiet ends.
+    gate = gaussian_filter1d(gate, GATE_HZ * len(samples) / sample_rate)
     return np.asarray(irfft(changed * gate, len(samples)))
 
 
