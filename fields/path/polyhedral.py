@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fields.path.bank import PulseBank, ideal_bank
+from fields.path.bent import bends, bent_sound
 from fields.path.box_fit import fit_bank
 from fields.path.coloring import Coloring, fit_coloring
 from fields.path.direct import DirectSound
@@ -33,6 +34,7 @@ ORDERS = (5, 9, MOST_ORDER)
 ROUNDS = 2
 BANK_S = (0.003, 0.005)
 JUDGED_ROWS = 40
+WORTH_BENDING = 0.98
 WRONG, DOUBTFUL = 1.0, 0.85
 WIDE_M = 0.02
 MOST_FACES = 4000
@@ -51,15 +53,20 @@ class FittedMesh:
     plane_sd : ndarray, shape (P,)
         Standard deviation of each plane's place, metres; NaN where it was not
         moved.
+    bending : bool
+        Whether sound bends around edges.
     """
 
     room: MeshRoom
     coloring: Coloring
     plane_sd: FloatArray
+    bending: bool = False
 
     def predict(self, emitters: Poses, listeners: Poses, n_samples: int) -> FloatArray:
         """Return all paths' sound, shape (rows, n_samples)."""
         plain = self.room.render(emitters, listeners, n_samples)
+        if self.bending:
+            plain += bent_sound(self.room, emitters, listeners, n_samples)
         return plain + self.coloring.added(plain)
 
     @property
@@ -111,6 +118,7 @@ class FittedMesh:
             "lead": room.bank.lead,
             "coloring": self.coloring.factors,
             "plane_sd": self.plane_sd,
+            "bending": self.bending,
         }
 
     @classmethod
@@ -125,7 +133,8 @@ class FittedMesh:
             **scalars,
         )
         coloring = Coloring(arrays["coloring"], scalars["sample_rate"])
-        return cls(room, coloring, arrays["plane_sd"])
+        bending = bool(arrays.get("bending", False))
+        return cls(room, coloring, arrays["plane_sd"], bending)
 
 
 _SCALARS = ("speed_of_sound", "latency_s", "sample_rate", "reach_m")
@@ -160,13 +169,25 @@ def fit_polyhedron(
     coloring = Coloring.none(rows.sample_rate)
     room = _with_right_order(few, room)
     fitted = fit_planes(few, _holding(few, room), whole, few.responses)
+    few, bending = _without_bent(few, fitted.room)
     for turn in range(ROUNDS):
         coloring, fitted = _polished(few, fitted, coloring, turn)
         if turn < ROUNDS - 1:
             rest = few.responses - coloring.added(_rendered(few, fitted.room))
             room = _holding(few, fitted.room)
             fitted = fit_planes(few, room, whole, rest)
-    return FittedMesh(fitted.room.free(), coloring, fitted.plane_sd())
+    return FittedMesh(fitted.room.free(), coloring, fitted.plane_sd(), bending)
+
+
+def _without_bent(rows: FitSet, room: MeshRoom) -> tuple[FitSet, bool]:
+    """Take the sound bent around edges out of rows, where it explains some."""
+    if not bends(room):
+        return rows, False
+    bent = bent_sound(room, rows.emitters, rows.listeners, rows.n_samples)
+    rest = rows.responses - bent
+    if _total(rows, room, rest) > WORTH_BENDING * _total(rows, room, rows.responses):
+        return rows, False
+    return replace(rows, responses=rest), True
 
 
 def fit_drawn(

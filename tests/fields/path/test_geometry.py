@@ -7,6 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from fields.path.bank import ideal_bank
+from fields.path.bent import bends, bent_sound
 from fields.path.box import Box
 from fields.path.box_fit import level_errors
 from fields.path.cells import cut_cells, enclosed, label_cells, shape_of
@@ -137,11 +138,11 @@ def test_exchanged_ends_hear_the_same(l_set):
     one, other = rng.standard_normal((2, 9))
     there = replace(room, emitting=one, listening=other)
     back = replace(room, emitting=other, listening=one)
-    ends = l_set.emitters[:8], l_set.listeners[:8]
-    told = there.render(*ends, 700)
-    assert_allclose(
-        back.render(*ends[::-1], 700), told, atol=1e-12 * np.abs(told).max()
-    )
+    first, second = l_set.emitters[:8], l_set.listeners[:8]
+    for answer in (MeshRoom.render, bent_sound):
+        told = answer(there, first, second, 700)
+        turned = answer(back, second, first, 700)
+        assert_allclose(turned, told, atol=1e-12 * np.abs(told).max())
 
 
 def test_hidden_ends_have_no_direct_path():
@@ -154,6 +155,25 @@ def test_hidden_ends_have_no_direct_path():
     assert sorted(map(tuple, paths.walls)) == sorted(
         tuple(row[row >= 0][::-1]) + tuple(row[row < 0]) for row in back.walls
     )
+
+
+def test_sound_bends_to_hidden_ends():
+    shape = Polyhedron.of_mesh(MeshGeometry.extruded(OUTLINE, 3.0))
+    room = room_of(shape)
+    assert bends(room)
+    one, other = Poses.of([[1.0, 4.5, 1.5]]), Poses.of([[5.5, 1.0, 1.5]])
+    told = bent_sound(room, one, other, 700)[0]
+    edge = np.array([3.4, 2.2, 1.5])
+    way = np.linalg.norm(edge - [1, 4.5, 1.5]) + np.linalg.norm(edge - [5.5, 1, 1.5])
+    first = int(np.flatnonzero(np.abs(told) > 0.3 * np.abs(told).max())[0])
+    assert_allclose(first, way / SPEED * RATE, atol=1.5)
+    # the corner's shadow is deeper the higher the sound
+    spectrum = np.abs(np.fft.rfft(told[: first + 16], 1024))
+    assert 1 / way > spectrum[32] > spectrum[256] > 0
+
+
+def test_a_box_bends_nothing():
+    assert not bends(room_of(Polyhedron.of_mesh(MeshGeometry.box((5, 4, 3)))))
 
 
 def test_planes_drawn_wrong_are_put_right(l_set):
