@@ -146,20 +146,30 @@ class Bands:
         power : ndarray, shape (k,)
             Power of the signal.
         """
-        from scipy.ndimage import gaussian_filter1d
-
         own, colour = self._spectrum[band.bins], self._colour[band.bins]
-        seen = self._envelope(own * band.probe)
-        spread = max(SHORTEST_SECONDS, 1.5 / band.center)
-        slow = spread * self._rate * len(seen) / self._size
-        power = gaussian_filter1d(np.abs(seen) ** 2, slow, mode="constant")
-        floor = np.sum(band.probe**2 * self._noise[band.bins]) / self._size
+        power, floor = self.power(band, max(SHORTEST_SECONDS, 1.5 / band.center))
         above = np.where(power > CLEAR_OF_NOISE * floor, power - floor, 0.0)
         share = np.divide(above, power, out=np.zeros_like(power), where=power > 0)
         part = float(np.sum(band.probe**2 * colour))
         whole = float(np.sum(band.weights**2 * colour))
         above *= whole / part if part > 0 else 0.0
         return self._envelope(own * band.weights) * share, above
+
+    def power(self, band: ThirdOctave, spread: float) -> tuple[FloatArray, float]:
+        """Return the smoothed power of a band over time, and that of its noise.
+
+        Parameters
+        ----------
+        band : ThirdOctave
+        spread : float
+            Standard deviation of the smoothing [s].
+        """
+        from scipy.ndimage import gaussian_filter1d
+
+        seen = np.abs(self._envelope(self._spectrum[band.bins] * band.probe)) ** 2
+        slow = spread * self._rate * len(seen) / self._size
+        floor = np.sum(band.probe**2 * self._noise[band.bins]) / self._size
+        return gaussian_filter1d(seen, slow, mode="constant"), float(floor)
 
     def add(
         self,

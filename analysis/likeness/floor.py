@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from analysis.likeness.bandwise import noise_density
 from analysis.likeness.displacement import displaced
 from analysis.likeness.fit import STRETCH_PER_KELVIN, resampled_at
-from analysis.likeness.quiet import quiet_part
+from analysis.likeness.retake import retaken, steady_part
 from analysis.metrics import METRICS
 
 __all__ = ["predicted_floor", "worsened"]
@@ -35,9 +35,6 @@ def worsened(
 ) -> FloatArray:
     """Return the forward response as a perfect reverse take would have shown it.
 
-    The noise of the forward take stays in it; `noisier` gives the response to
-    compare with, so that each of the two has one noise of its own.
-
     Parameters
     ----------
     forward, reverse : ndarray, shape (n,)
@@ -51,7 +48,7 @@ def worsened(
     position_m : float
         Standard deviation of one visit to a place along each axis [m].
     """
-    moved, own = forward, quiet_part(forward, sample_rate)
+    moved, own = forward, steady_part(forward, sample_rate)
     if position_m > 0:
         change = displaced(forward, sample_rate, rng, position_m) - forward
         moved = forward + _in_band(change, forward, own, sample_rate)
@@ -59,25 +56,22 @@ def worsened(
         time = np.arange(len(moved)) * (1 + STRETCH_PER_KELVIN * temperature_change)
         change = resampled_at(moved, time) - moved
         moved = moved + _in_band(change, moved, own, sample_rate)
-    quiet = quiet_part(reverse, sample_rate) * _same_level(
-        forward, reverse, sample_rate
-    )
-    return moved + _noise_like(quiet, len(moved), rng)
+    other = _other_noise(own, steady_part(reverse, sample_rate))
+    return retaken(moved, own, other, sample_rate, rng)
 
 
-def _same_level(forward: FloatArray, reverse: FloatArray, sample_rate: int) -> float:
-    """Return what brings the reverse noise to the forward one's level, if it is equal.
+def _other_noise(own: FloatArray, other: FloatArray) -> FloatArray:
+    """Return the noise of the other take, at the level of the own one if it is equal.
 
     Levels of short quiet parts scatter; a T60 without correction for noise would tell
     that scatter apart.
     """
-    parts = [quiet_part(h, sample_rate) for h in (forward, reverse)]
-    powers = [float(np.mean(part**2)) for part in parts]
+    powers = [float(np.mean(part**2)) for part in (own, other)]
     if min(powers) <= 0:
-        return 1.0
-    scatter = np.sqrt(sum(2 / len(part) for part in parts))
+        return other
+    scatter = np.sqrt(2 / len(own) + 2 / len(other))
     alike = abs(np.log(powers[0] / powers[1])) < LEVEL_DEVIATIONS * scatter
-    return float(np.sqrt(powers[0] / powers[1])) if alike else 1.0
+    return other * np.sqrt(powers[0] / powers[1]) if alike else other
 
 
 def _in_band(
@@ -105,31 +99,6 @@ def _in_band(
     return np.asarray(irfft(changed * gate, len(samples)))
 
 
-def noisier(
-    samples: FloatArray, sample_rate: int, rng: np.random.Generator
-) -> FloatArray:
-    """Return a response with as much noise again as it has."""
-    quiet = quiet_part(samples, sample_rate)
-    return samples + _noise_like(quiet, len(samples), rng)
-
-
-def _noise_like(quiet: FloatArray, count: int, rng: np.random.Generator) -> FloatArray:
-    """Return noise with the spectrum of a quiet part and random phases."""
-    from scipy.fft import irfft, rfft
-    from scipy.signal import windows
-
-    # A window without side lobes, or strong bands would fill those that are empty.
-    taper = windows.blackmanharris(len(quiet), sym=False)
-    power = np.abs(np.asarray(rfft(quiet * taper))) ** 2
-    # Cut from a longer one: noise that closed on itself would lack the cut's leakage.
-    bins = count + 1
-    spread = np.interp(np.linspace(0, 1, bins), np.linspace(0, 1, len(power)), power)
-    phases = np.exp(2j * np.pi * rng.random(bins))
-    noise = np.asarray(irfft(np.sqrt(spread) * phases, 2 * count))[:count]
-    rms = np.sqrt(np.mean(noise**2))
-    return noise * (np.sqrt(np.mean(quiet**2)) / rms) if rms > 0 else noise
-
-
 def predicted_floor(
     forward: Sequence[FloatArray],
     reverse: Sequence[FloatArray],
@@ -152,7 +121,7 @@ def predicted_floor(
     sample_rate : int
         Samples per second [Hz].
     rng : numpy.random.Generator
-        Draws one worsened response for each pair.
+        Draws worsened responses, 20 or more in all.
     flavour : str
         Flavour of the metrics.
     symbols : sequence of str
@@ -167,11 +136,10 @@ def predicted_floor(
         How responses are stored: rounding is a noise too, where a band is empty.
     """
     draws = max(1, round(FEWEST_DRAWS / max(1, len(forward))))
+    pairs = [*zip(forward, reverse, temperature_changes, strict=True)] * draws
     truths, guesses = [], []
-    for f, r, warming in [*zip(forward, reverse, temperature_changes, strict=True)] * (
-        draws
-    ):
-        noised = noisier(f, sample_rate, rng)[:count]
+    for f, r, warming in pairs:
+        truth = f[:count]
         guess = worsened(
             f,
             r,
@@ -180,7 +148,7 @@ def predicted_floor(
             temperature_change=float(np.nan_to_num(warming)),
             position_m=position_m,
         )[:count]
-        truths.append(noised.astype(stored or noised.dtype).astype(np.float64))
+        truths.append(truth.astype(stored or truth.dtype).astype(np.float64))
         guesses.append(guess.astype(stored or guess.dtype).astype(np.float64))
     floors = {}
     for symbol in symbols:
