@@ -12,13 +12,8 @@ from fields.path.fitset import FitSet
 from fields.path.gate import Gate, Held, judge
 from fields.path.horizon import Doubt, predicted_coherence
 from fields.path.late import LateMaps, chi_square_variance
-from fields.path.regions import (
-    Regions,
-    apartness,
-    direct_levels,
-    find_regions,
-    sight_bits,
-)
+from fields.path.open_air import free_levels
+from fields.path.regions import Regions, apartness, find_regions, sight_bits
 from fields.path.tail import Tail
 from fields.path.tiles import Tiles
 from fields.path.tint import tint_filter
@@ -92,8 +87,8 @@ class Completion:
         tiles = Tiles(fit_set.sample_rate, fit_set.n_samples)
         ends = fit_set.emitters.positions, fit_set.listeners.positions
         timing = fit_set.distances, fit_set.sample_rate, speed
-        told = direct_levels(early, *timing) if early.any() else None
-        bits = sight_bits(fit_set.responses, *timing, told)
+        free = free_levels(paths, fit_set.emitters, fit_set.listeners)
+        bits = sight_bits(fit_set.responses, *timing, free)
         regions = find_regions(*ends, bits)
         features = PlaceFeatures.of(np.vstack(ends), regions)
         held = _held(tiles, fit_set.responses, early)

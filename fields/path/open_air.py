@@ -6,6 +6,7 @@ places left out.
 """
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +21,13 @@ from fields.path.shoebox import FittedRoom
 from rir import GainPattern, Poses
 from rir.harmonics import evaluate_harmonics
 
-__all__ = ["aimed_offsets", "direct_windows", "directivity", "fit_open_air"]
+__all__ = [
+    "aimed_offsets",
+    "direct_windows",
+    "directivity",
+    "fit_open_air",
+    "free_levels",
+]
 
 ROWS = 80
 TAPS_S = 0.0012, 0.0024
@@ -100,6 +107,21 @@ def directivity(rows: FitSet, latency_s: float) -> float:
     spread = float(np.var(level[heard])) if heard.any() else 0.0
     left = float(np.mean(error[heard] ** 2)) if heard.any() else 0.0
     return max(1 - left / spread, 0.0) if spread > LEAST_SPREAD else 0.0
+
+
+def free_levels(paths: Any, emitters: Poses, listeners: Poses) -> np.ndarray | None:
+    """Return levels of direct sounds times distance with nothing in their way.
+
+    Paths that know what stands between the ends tell no free level; the pattern
+    they were fitted with does. None where there is none.
+    """
+    emitting = getattr(getattr(paths, "room", None), "emitting", None)
+    if emitting is None:
+        return None
+    offsets = aimed_offsets(emitters, listeners)
+    reach = np.maximum(np.linalg.norm(offsets, axis=1), 1e-6)[:, None]
+    order = round(np.sqrt(len(emitting))) - 1
+    return np.abs(evaluate_harmonics(offsets / reach, order) @ emitting)
 
 
 def aimed_offsets(emitters: Poses, listeners: Poses) -> np.ndarray:
