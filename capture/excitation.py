@@ -149,10 +149,15 @@ class Excitation:
         """Return the spectrum of the excitation at times that run faster."""
         if drift == 0.0:
             return self.spectrum
-        n = self._fft.next_fast_len(self.n_played + 4096, real=True)
-        whole = self._fft.rfft(self.samples, n)
+        n, whole = self._whole
         count = int(self.n_played / (1 + drift))
         return self._fft.rfft(evaluate_stretched(whole, n, count, drift), self.n)
+
+    @cached_property
+    def _whole(self) -> tuple[int, ComplexArray]:
+        """Length and spectrum of the excitation with only a little silence behind."""
+        n = self._fft.next_fast_len(self.n_played + 4096, real=True)
+        return n, self._fft.rfft(self.samples, n)
 
     @cached_property
     def inverse_spectrum(self) -> ComplexArray:
