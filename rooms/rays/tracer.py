@@ -36,7 +36,7 @@ _MEMORY = 40_000_000
 """Most numbers kept per place: fewer patches for long responses."""
 
 _AT_ONCE = 8
-"""So many places are exchanged in one go."""
+"""So many places are exchanged in one go, if memory allows."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,12 +146,14 @@ class Tracer:
         spread = energy, square, np.zeros((*shape[:2], bands))
         if not len(here):
             return spread
-        flux, more = self._room(len(here)), self._room(min(_AT_ONCE, len(there)))
+        size = 2 * self.batches * np.prod(self.layout.shape)
+        few = int(np.clip(2 * _MEMORY // size, 1, min(_AT_ONCE, len(there))))
+        flux, more = self._room(len(here)), self._room(few)
         sent = [self._leave(here, k, there, flux[k]) for k in range(len(here))]
         for row, one in enumerate(sent):
             _gain([part[row] for part in spread], one.heard)
-        for start in range(0, len(there), _AT_ONCE):
-            some = range(start, min(start + _AT_ONCE, len(there)))
+        for start in range(0, len(there), few):
+            some = range(start, min(start + few, len(there)))
             more[:] = 0.0
             back = [self._leave(there, k, here, more[k - start], salt) for k in some]
             for k, one in zip(some, back, strict=True):

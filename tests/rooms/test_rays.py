@@ -208,3 +208,25 @@ def test_one_rough_wall_returns_the_integral_of_lambert(height):
     late = (spans[0] + spans[1]) / C
     mean = np.sum(energy * (np.arange(500) + 0.5)) / energy.sum() * 0.0001
     np.testing.assert_allclose(mean, np.sum(flux * late) / flux.sum(), atol=3e-5)
+
+
+def test_a_pair_does_not_depend_on_the_other_places():
+    room = MeshGeometry.extruded(FLOOR, 3)
+    many = np.random.default_rng(1).uniform(0.3, 2.3, (10, 3)) + [[0, 0, 0.2]]
+    many[4] = A[0]
+    options = {"rays": 200, "duration": 0.1, "bands": 2}
+    together = traced(room, 0.2, 0.4, places=(A, many), **options)
+    for k in (0, 4, 9):
+        alone = traced(room, 0.2, 0.4, places=(A, many[k : k + 1]), **options)
+        np.testing.assert_array_equal(together.energy[:, k], alone.energy[:, 0])
+        np.testing.assert_array_equal(together.error[:, k], alone.error[:, 0])
+
+
+@pytest.mark.parametrize("bands", [1, 2, 3, 7, 8, 9, 21])
+def test_any_number_of_bands_lies_side_by_side(bands):
+    room = MeshGeometry.extruded(FLOOR, 3)
+    absorption = np.linspace(0.1, 0.5, bands)
+    joint = traced(room, absorption, 0.3, bands=bands, rays=400, duration=0.1)
+    last = traced(room, absorption[-1], 0.3, rays=400, duration=0.1)
+    wanted = last.energy[0, 0, 0]
+    np.testing.assert_allclose(joint.energy[0, 0, -1], wanted, rtol=1e-4, atol=1e-9)
