@@ -33,7 +33,7 @@ LEAST_CLEARNESS = 4.0
 LEAST_WALLS = 2
 JUDGED_ROWS = 60
 POOR = 0.85
-LONE = 0.02
+LONE, CUT = 0.02, 1.25
 PERFECT = 10 ** (-25 / 10)
 COMPLETED_ROWS = 300
 WALL_NAMES = ("low x", "high x", "low y", "high y", "low z", "high z")
@@ -219,7 +219,9 @@ def hear_room(
     aimed : bool, optional
         Whether the devices differ in pattern; found out when left out.
     """
-    fitted, alarms = _fitted(rows, scan_rows, reach_s, listening, shape)
+    # no path is longer, so nothing behind it says where walls are
+    short = rows.cut(round(CUT * reach_s * rows.sample_rate))
+    fitted, alarms = _fitted(short, scan_rows, reach_s, listening, shape)
     patterns = listening, emitting, aimed
     if fitted is None:
         return _without_room(rows, alarms, late, *patterns)
@@ -239,8 +241,7 @@ def hear_room(
         )
         return _without_room(rows, alarms, late, *patterns)
     if isinstance(fitted, FittedRoom) and unexplained > PERFECT:
-        short = round(1.25 * reach_s * rows.sample_rate)
-        banded = in_half_octaves(rows.cut(short), fitted, judged.cut(short))
+        banded = in_half_octaves(short, fitted, judged.cut(short.n_samples))
         if banded is not None:
             fitted = banded
             early = fitted.predict(judged.emitters, judged.listeners, rows.n_samples)

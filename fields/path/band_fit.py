@@ -17,8 +17,8 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 FAINT = 0.03
 """Below this share of its greatest magnitude a source counts as noise."""
-LOSS_SIGMA, PHASE_SIGMA, PATTERN_SIGMA = 0.01, 1.0, 0.5
-WALL_SIGMA, WALL_SHARE = 0.01, 0.4
+LOSS_SIGMA, PHASE_SIGMA, PATTERN_SIGMA = 3e-4, 1.0, 0.5
+WALL_SIGMA, WALL_SHARE, LOSS_SHARE = 0.01, 0.4, 0.2
 """A wall's factor moves from where a stage starts by a share of it and a little."""
 HEARING_SIGMA = 0.3
 WALL_BOUND, FIRST_DAMPING = 0.1, 0.01
@@ -194,6 +194,7 @@ def _steps(
     sigmas = _sigmas(banded) * np.where(np.arange(_columns(banded)) < PATTERN, 1, level)
     size = np.abs(start.walls).repeat(2, axis=1)
     sigmas[:, :LOSS] = WALL_SIGMA + WALL_SHARE * size
+    sigmas[:, LOSS] = LOSS_SIGMA + LOSS_SHARE * start.loss
     prior = noise[:, None] / sigmas**2
     pull = prior * (_values(start) - _values(banded))
     step = np.zeros_like(right)

@@ -20,16 +20,17 @@ from rir.physics import air_absorption
 __all__ = ["fit_banded", "in_half_octaves", "start_banded"]
 
 FloatArray = NDArray[np.float64]
-ROWS, FEW, LEAST_ROWS = 96, 32, 24
-WORTH = 0.9
+ROWS, FEW, LEAST_ROWS = 80, 32, 24
+WORTH, LEVEL = 0.9, (0.7, 1.4)
 CLEAR_HZ = 400.0, 1500.0
 POSE_SIGMA_M = 0.003
 LOW_HZ, MIDDLE_HZ, HIGH_HZ = 200.0, 2000.0, 6000.0
 ORDERS = 24
-DEEP_HZ = 110.0
+DEEP_HZ, TREND = 110.0, (0.6, 1.0)
+RINGING_HZ, SOFTER = 200.0, (0.1, 0.3, 0.6, 1.0, 1.5)
 UNHEARD = 0.6
 """Images that leave more of the clearest bands' energy are not worth the turns."""
-EQUAL_S = 0.03
+EQUAL_S = 0.08
 SLANT = 0.6
 """Cosine at which a factor and an admittance are taken for the same wall."""
 
@@ -103,7 +104,9 @@ def fit_banded(
         data = heard.moved(data.emitters, data.listeners)
         banded, _ = fit_walls(data, banded, 2, chosen=centers > DEEP_HZ)
         banded = _deepened(data, banded)
-    return _equalised(rows, data.emitters, data.listeners, banded)
+    banded = _ringing(data, banded)
+    banded = _equalised(rows, data.emitters, data.listeners, banded)
+    return _levelled(rows, data, banded)
 
 
 def in_half_octaves(
@@ -160,11 +163,19 @@ def _first_walls(rows: FitSet, direct: DirectSound, room: BoxRoom) -> BandedRoom
 
 
 def _deepened(data: BandData, banded: BandedRoom) -> BandedRoom:
-    """Let the deepest bands have the walls of the first that rows can tell."""
+    """Let the deepest bands go on as walls change in the bands above."""
     deep = np.flatnonzero(banded.grid.centers <= DEEP_HZ)
     for band in deep[::-1].tolist():
-        if band + 1 < banded.grid.bands:
-            banded = tuned(data, _copied(banded, band + 1, [band]), band)
+        if band + 2 >= banded.grid.bands:
+            continue
+        banded = _copied(banded, band + 1, [band])
+        walls = banded.walls.copy()
+        here, above = walls[band + 1], walls[band + 2]
+        trend = np.clip(here.real / np.maximum(above.real, 1e-6), *TREND)
+        walls[band] = here.real * trend + 1j * here.imag
+        if not banded.angled:
+            walls[band] = here
+        banded = tuned(data, replace(banded, walls=walls), band)
     return banded
 
 
@@ -210,6 +221,59 @@ def _equalised(
     floor = 1e-3 * float(power.max()) + 1e-300
     found = _smooth(cross, grid) / (_smooth(power, grid).real + floor)
     return replace(banded, source=found)
+
+
+def _ringing(data: BandData, banded: BandedRoom) -> BandedRoom:
+    """Let the deepest bands ring as long as they do.
+
+    Their few waves do not tell six walls apart, but how fast energy falls is heard.
+    """
+    deep = banded.grid.centers <= RINGING_HZ
+    if not banded.angled or not deep.any():
+        return banded
+    wanted = _lateness(data.targets, banded.grid)[deep]
+    shares = np.array(SOFTER)
+    found = []
+    for share in shares:
+        walls = np.where(deep[:, None], share * banded.walls.real, banded.walls.real)
+        tried = replace(banded, walls=walls + 1j * banded.walls.imag)
+        kernels = tried.kernels(data.weight)
+        told = tried.envelopes(data.emitters, data.listeners, kernels)
+        found.append(_lateness(told, banded.grid)[deep])
+    found = np.array(found)
+    best = np.array(
+        [np.interp(-w, -f, shares) for w, f in zip(wanted, found.T, strict=True)]
+    )
+    walls = banded.walls.copy()
+    walls[deep] = best[:, None] * walls[deep].real + 1j * walls[deep].imag
+    banded = replace(banded, walls=walls)
+    for band in np.flatnonzero(deep).tolist():
+        banded = tuned(data, banded, band)
+    return banded
+
+
+def _lateness(envelopes: NDArray, grid: HalfOctaves) -> FloatArray:
+    """Return the log of late over early energy of each band."""
+    power = (np.abs(envelopes) ** 2).mean(axis=0)
+    out = np.zeros(grid.bands)
+    for band in range(grid.bands):
+        first, length = int(grid.starts[band]), int(grid.lengths[band])
+        heard = round(length * grid.n_samples / grid.size)
+        mine = power[first : first + heard]
+        early, late = mine[: heard // 2].sum(), mine[heard // 2 :].sum()
+        out[band] = np.log((late + 1e-300) / (early + 1e-300))
+    return out
+
+
+def _levelled(rows: FitSet, data: BandData, banded: BandedRoom) -> BandedRoom:
+    """Give each half octave the energy it has: what agrees alone is too quiet."""
+    heard = np.abs(np.fft.rfft(rows.responses, banded.grid.size)) ** 2
+    told = np.abs(banded.images(data.emitters, data.listeners) * banded.source) ** 2
+    weight = 1 / heard.sum(axis=1)
+    masks = banded.grid.masks
+    ratio = masks @ (weight @ heard) / np.maximum(masks @ (weight @ told), 1e-300)
+    gain = np.sqrt(np.clip(ratio, *LEVEL)) @ masks + (1 - masks.sum(axis=0))
+    return replace(banded, source=banded.source * gain)
 
 
 def _smooth(spectrum: NDArray, grid: HalfOctaves) -> NDArray[np.complex128]:

@@ -14,7 +14,7 @@ __all__ = ["HalfOctaves", "Kernels"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
-LOWEST_HZ = 40.0
+LOWEST_HZ = 28.0
 PAD_S = 0.03
 SPARE = 1.6
 """Envelope samples over the bins of a band."""
