@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from fields.path.calm import CalmTail
-from fields.path.energy import EnergyModel
+from fields.path.energy import EnergyModel, arrival_shares
 from fields.path.features import PlaceFeatures
 from fields.path.fitset import FitSet
 from fields.path.gate import Gate, Held, judge
@@ -29,6 +29,7 @@ LEVEL_ALARM_DB = 1.0
 MOST_PAIR_GAIN = 4.0
 TRIMMED_ROWS = 150
 OPEN_ALARM = 0.9
+BEGUN = 0.1
 NEPER_DB = 10 / np.log(10)
 
 
@@ -97,7 +98,11 @@ class Completion:
         doubt = Doubt(walls=getattr(paths, "length_sd", None))
         expected = predicted_coherence(tiles.centers, tiles.times, speed, doubt)
         apart = apartness(regions(ends[0]), regions(ends[1]))
-        misfits = _path_ratio(held), model_misfit
+        # Filters ring before the direct sound; what is told of that is no merit.
+        begun = arrival_shares(fit_set.distances, speed, tiles)[0][:, None] > BEGUN
+        misfits = [
+            np.where(begun, one, np.nan) for one in (_path_ratio(held), model_misfit)
+        ]
         own = chi_square_variance(tiles.widths[:, None], tiles.bin_s)
         gate = judge(held, expected, *misfits, apart, own)
         center = np.vstack(ends).mean(axis=0)
