@@ -1,0 +1,109 @@
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from fields.path.acoustics import Acoustics, hear_room
+from fields.path.band_fit import _moved, _sums, hear_bands
+from fields.path.banded import start_banded
+from fields.path.bank import ideal_bank
+from fields.path.box import Box
+from fields.path.box_fit import level_errors
+from fields.path.direct import read_direct
+from fields.path.half_octaves import HalfOctaves
+from fields.path.room import OMNI, BoxRoom
+
+WALLS = np.array([0.9, 0.8, 0.85, 0.8, 0.7, 0.85])
+
+
+@pytest.fixture(scope="module")
+def plain():
+    box = Box(
+        np.eye(3),
+        np.array([2.5, 2.0, 1.4]),
+        np.array([-2.5, -2.0, -1.4]),
+        np.array([2.5, 2.0, 1.4]),
+        np.ones(6),
+    )
+    return BoxRoom(
+        box, 343.2, 0.0, WALLS, OMNI.copy(), OMNI, ideal_bank(36), 16000.0, order=6
+    )
+
+
+@pytest.fixture(scope="module")
+def started(box_set, plain):
+    rows = box_set.rows(np.array([0, 40, 80]))
+    banded = start_banded(rows, read_direct(box_set), plain, angled=True)
+    return rows, banded
+
+
+def test_half_octaves_add_up():
+    grid = HalfOctaves(16000.0, 800)
+    rng = np.random.default_rng(0)
+    spectra = np.fft.rfft(rng.standard_normal((2, 800)), grid.size)
+    joined = grid.joined(grid.split(spectra, np.ones(spectra.shape[1])))
+    assert_allclose(joined, spectra * grid.masks.sum(axis=0), atol=1e-9)
+
+
+def test_even_walls_render_as_the_plain_room_does(started, plain):
+    from dataclasses import replace
+
+    rows, banded = started
+    flat = replace(
+        banded,
+        room=plain,
+        angled=False,
+        walls=np.tile(WALLS.astype(complex), (banded.grid.bands, 1)),
+        loss=np.zeros(banded.grid.bands),
+        source=np.ones(len(banded.grid.hertz), dtype=complex),
+    )
+    ends = rows.emitters, rows.listeners
+    first = np.fft.rfft(flat.render(*ends, rows.n_samples))
+    second = np.fft.rfft(plain.render(*ends, rows.n_samples))
+    hertz = np.fft.rfftfreq(rows.n_samples, 1 / 16000)
+    heard = (hertz > 150) & (hertz < 6000)
+    gap = (np.abs(first - second)[:, heard] ** 2).sum()
+    assert gap < 10**-2.8 * (np.abs(second)[:, heard] ** 2).sum()
+
+
+def test_exchanged_ends_are_told_alike(started):
+    from dataclasses import replace
+
+    rows, banded = started
+    rng = np.random.default_rng(1)
+    both = rng.standard_normal((banded.grid.bands, 4))
+    same = replace(banded, emitting=both, listening=both)
+    ends = rows.emitters, rows.listeners
+    one, other = same.images(*ends), same.images(*ends[::-1])
+    assert np.abs(one - other).max() < 1e-10 * np.abs(one).max()
+
+
+def test_derivatives_are_those_of_the_misfit(started):
+    rows, banded = started
+    data = hear_bands(rows, banded.grid, banded.source)
+    weights = np.ones((len(rows), banded.grid.bands))
+    every = np.ones(banded.grid.bands, dtype=bool)
+    _, right, _ = _sums(data, banded, weights, every)
+    for column in (0, 3, 12, 13, 14):
+        step = np.zeros_like(right)
+        step[:, column] = 1e-6
+        up = _sums(data, _moved(banded, step), weights, every)[2].sum(axis=0)
+        down = _sums(data, _moved(banded, -step), weights, every)[2].sum(axis=0)
+        slope = (up - down) / 2e-6
+        assert_allclose(slope, -2 * right[:, column], rtol=1e-3, atol=1e-3)
+
+
+@pytest.mark.slow
+def test_walls_that_depend_on_angle_are_found(box_set, unseen_set, started):
+    from dataclasses import replace
+
+    _, banded = started
+    ends = box_set.emitters, box_set.listeners
+    truth = replace(banded, source=np.fft.rfft(np.eye(1, 9, 4)[0], banded.grid.size))
+    rows = replace(box_set, responses=truth.render(*ends, box_set.n_samples))
+    heard = hear_room(rows)
+    ends = unseen_set.emitters, unseen_set.listeners
+    wanted = truth.render(*ends, unseen_set.n_samples)
+    told = heard.predict(*ends, unseen_set.n_samples)
+    assert np.median(level_errors(wanted, told)) < -15
+    again = Acoustics.from_arrays(heard.as_arrays())
+    assert_array_equal(again.predict(*ends, 800), heard.predict(*ends, 800))
