@@ -1,6 +1,5 @@
 """Rooms bounded by triangles."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -10,13 +9,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rir.errors import SceneError
-from rir.numbers import read_array, read_number
+from rir.numbers import read_number
+from rooms.mesh.arrays import check_arrays, surface_ids
 from rooms.mesh.cleaning import Cleaned, clean, winding
 from rooms.mesh.hierarchy import Hierarchy, build_hierarchy
 from rooms.mesh.loading import load_mesh
 from rooms.mesh.pairing import pair_up
 from rooms.mesh.panels import Panels, find_panels
 from rooms.mesh.polygon import cut_ears
+from rooms.mesh.shell import closed_shell, signed_volume
 
 __all__ = ["MeshGeometry"]
 
@@ -113,8 +114,8 @@ class MeshGeometry:
         SceneError
             If the arrays describe no triangles.
         """
-        corners, triangles = _checked(vertices, faces)
-        names, ids = _surface_ids(surfaces, len(triangles))
+        corners, triangles = check_arrays(vertices, faces)
+        names, ids = surface_ids(surfaces, len(triangles))
         used = np.unique(triangles)
         low, high = corners[used].min(axis=0), corners[used].max(axis=0)
         origin = (low + high) / 2
@@ -246,7 +247,9 @@ class MeshGeometry:
 
     @cached_property
     def volume(self) -> float:
-        """Volume of the air [m³]; of the convex hull when the mesh is open."""
+        """Volume of the air [m³]; of the convex hull when the mesh has no shell."""
+        if not self.watertight and len(self.shell):
+            return abs(signed_volume(self.corners[self.shell]))
         if not self.watertight:
             from scipy.spatial import ConvexHull, QhullError
 
@@ -254,8 +257,14 @@ class MeshGeometry:
                 return float(ConvexHull(self.vertices).volume)
             except QhullError:
                 return 0.0
-        a, b, c = np.moveaxis(self.corners, 1, 0)
-        return abs(float(np.einsum("ij,ij->", a, np.cross(b, c)))) / 6
+        return abs(signed_volume(self.corners))
+
+    @cached_property
+    def shell(self) -> IntArray:
+        """Triangles that enclose the air; see `rooms.mesh.shell.closed_shell`."""
+        if self.watertight:
+            return np.arange(len(self.faces))
+        return closed_shell(self.vertices, self.faces)
 
     @property
     def center(self) -> FloatArray:
@@ -346,60 +355,21 @@ class MeshGeometry:
     def outside(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Tell which points, shape (N, 3), lie neither in nor on the room.
 
-        An open mesh has no outside; there, points beyond its bounding box are out.
+        An open mesh without a closed shell has no outside; there, points beyond its
+        bounding box are out.
         """
         from rooms.mesh.nearness import distances
 
         local = np.asarray(points, dtype=float).reshape(-1, 3) - self.origin
         reach = np.abs(self.vertices).max(axis=0) + self.tolerance
         out = np.any(np.abs(local) > reach, axis=1)
-        if self.watertight:
+        if len(self.shell):
             inner = np.nonzero(~out)[0]
-            out[inner] = np.abs(winding(self.corners, local[inner])) < 0.5
+            shell = self.corners[self.shell]
+            out[inner] = np.abs(winding(shell, local[inner])) < 0.5
             doubtful = np.nonzero(out)[0]
             out[doubtful] = distances(self, local[doubtful]) > self.tolerance
         return out
-
-
-def _checked(vertices: ArrayLike, faces: ArrayLike) -> tuple[FloatArray, IntArray]:
-    corners = read_array(vertices, "vertices", "give rows of x, y, z", SceneError)
-    raw = read_array(faces, "faces", "give rows of three vertex numbers", SceneError)
-    with np.errstate(invalid="ignore"):
-        triangles = raw.astype(np.int64)
-    if not np.array_equal(triangles, raw):
-        raise SceneError("faces must be whole numbers of vertices")
-    if corners.ndim != 2 or corners.shape[1] != 3:
-        raise SceneError(f"vertices must have shape (V, 3), not {corners.shape}")
-    if triangles.ndim != 2 or triangles.shape[1] != 3 or len(triangles) == 0:
-        raise SceneError(f"faces must have shape (F, 3), F > 0, not {triangles.shape}")
-    if triangles.min() < 0 or triangles.max() >= len(corners):
-        raise SceneError(
-            f"faces name vertices {triangles.min()}…{triangles.max()},"
-            f" but there are {len(corners)}"
-        )
-    if not np.all(np.isfinite(corners[np.unique(triangles)])):
-        raise SceneError("a vertex is not finite")
-    span = float(np.ptp(corners[triangles.ravel()], axis=0).max())
-    if not 1e-6 <= span <= 1e7:
-        raise SceneError(
-            f"a mesh measures 1e-6 to 1e7 m across, not {span:g} m; its unit is metres"
-        )
-    return corners, triangles
-
-
-def _surface_ids(surfaces: Any, count: int) -> tuple[tuple[str, ...], IntArray]:
-    if surfaces is None:
-        return ("all",), np.zeros(count, dtype=np.int64)
-    if len(surfaces) != count:
-        raise SceneError(f"{len(surfaces)} surfaces are stated for {count} triangles")
-    if not isinstance(surfaces[0], str):
-        ids = read_array(surfaces, "surfaces", "", SceneError).astype(np.int64)
-        if ids.min() < 0:
-            raise SceneError(f"surface {ids.min()} is negative")
-        return tuple(f"surface{k}" for k in range(ids.max() + 1)), ids
-    names: Sequence[str] = list(dict.fromkeys(surfaces))
-    place = {name: k for k, name in enumerate(names)}
-    return tuple(names), np.array([place[name] for name in surfaces], dtype=np.int64)
 
 
 def _told(mesh: Cleaned, panels: Panels) -> tuple[str, ...]:
@@ -408,5 +378,8 @@ def _told(mesh: Cleaned, panels: Panels) -> tuple[str, ...]:
     if merged:
         told.append(f"merged {len(mesh.faces)} triangles into {len(panels)} panels")
     if not mesh.watertight:
-        told.append("the mesh does not enclose the air: both sides of it reflect")
+        open_ = "the mesh does not enclose the air: both sides of it reflect"
+        if len(closed_shell(mesh.vertices, mesh.faces)):
+            open_ = "open surfaces stand in a closed shell: both sides of all reflect"
+        told.append(open_)
     return tuple(told)

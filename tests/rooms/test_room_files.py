@@ -13,6 +13,7 @@ from rir.room import per_octave
 from rooms import Scene, simulate
 from rooms.builtin import load_places, load_scene
 from rooms.cli import main
+from rooms.mesh import find_paths
 from rooms.parameters import hall_parameters
 
 CUBOID = """
@@ -205,3 +206,17 @@ def test_files_in_millimetres_with_y_up_are_the_same_room(hall):
     run = {"sample_rate": 8000, "duration": 0.05, "effects": ["direct", "specular"]}
     made = [simulate(s, [1, 3, 2], [7, 3, 2], **run).responses for s in (one, two)]
     np.testing.assert_allclose(made[1], made[0], atol=1e-6 * np.abs(made[0]).max())
+
+
+def test_reflectors_that_hang_in_a_hall_leave_its_volume_and_its_outside(hall):
+    hanging = "v 3 2 4\nv 5 2 4\nv 5 4 4\nv 3 4 4\nusemtl walls\nf 11 12 13 14\n"
+    hall.with_name("hall.obj").write_text(OBJ + hanging)
+    scene = load_scene(hall)
+    np.testing.assert_allclose(scene.geometry.volume, 300.0)
+    points = [[4, 3, 3.9], [4, 3, 4.1], [4, 3, 5.1], [10.1, 3, 2]]
+    assert scene.geometry.outside(points).tolist() == [False, False, True, True]
+    assert any("in a closed shell" in remark for remark in scene.remarks)
+    # the reflector sends sound from below back
+    ends = [4, 3, 2.5], [[4.2, 3, 2.5]]
+    paths = find_paths(scene.geometry, *ends, max_order=1)  # pyright: ignore[reportArgumentType]
+    assert np.abs(paths.length - np.hypot(3.0, 0.2)).min() < 1e-9
