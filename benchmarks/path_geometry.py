@@ -251,6 +251,14 @@ def poor_cases(quick: bool) -> dict[str, dict[str, Any]]:
     for name, ends in cases.items():
         train = rows_of(scene, ends[0], ends[1], rng, effects=CLEAR)
         told[name] = poor(train, truth)
+    if not quick:
+        aimed = Scene.shoebox(
+            (6.0, 5.0, 3.0), absorption=0.3, emitter_gain=GainPattern.cardioid()
+        )
+        lone = np.random.default_rng(3)
+        ends = [lone.uniform(0.5, size - 0.5, shape) for shape in ((1, 3), (1, 120, 3))]
+        rows = rows_of(aimed, ends[0], ends[1], lone, effects=CLEAR)
+        told["1 cardioid"] = poor(rows, truth)
     if train is not None:
         noise = rng.standard_normal(train.responses.shape)
         told["noise only"] = poor(replace(train, responses=noise), truth)
@@ -269,9 +277,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the benchmark; returns 0."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--quick", action="store_true", help="one L, one box, noise")
+    parser.add_argument("--only", default="", help="L or poor: leave the rest out")
     parser.add_argument("--out", type=Path, default=Path("results/path_geometry.json"))
     options = parser.parse_args(argv)
-    results = l_cases(options.quick) | poor_cases(options.quick)
+    results: dict[str, dict[str, Any]] = {}
+    if options.only in ("", "L"):
+        results |= l_cases(options.quick)
+    if options.only in ("", "poor"):
+        results |= poor_cases(options.quick)
     for name, case in results.items():
         line = (
             f"{name:28} {case['cpu_s']:5.1f} CPU-s  {case['found']} of "

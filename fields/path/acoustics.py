@@ -19,6 +19,7 @@ from fields.path.open_air import fit_open_air
 from fields.path.opened import open_box
 from fields.path.polyhedral import FittedMesh, fit_drawn, mesh_alarms
 from fields.path.polyhedron import Polyhedron
+from fields.path.pose_spread import pose_alarms
 from fields.path.rest import Rest
 from fields.path.room import MOST_IMAGES, BoxRoom
 from fields.path.scan import scan_planes, scan_signals
@@ -246,7 +247,7 @@ def hear_room(
             fitted = banded
             early = fitted.predict(judged.emitters, judged.listeners, rows.n_samples)
             unexplained = float(((judged.responses - early) ** 2).sum()) / loud
-    alarms += _room_alarms(fitted, unexplained)
+    alarms += _room_alarms(fitted, unexplained) + pose_alarms(rows)
     if rows.n_places == 1 and unexplained > LONE:
         alarms.append(
             "heard from one emitter place only, and "

@@ -10,7 +10,7 @@ from fields.path.cells import Cell, cut_cells, enclosed, label_cells, shape_of
 from fields.path.direct import DirectSound
 from fields.path.fitset import FitSet
 from fields.path.polyhedron import Polyhedron
-from fields.path.reentrant import Evidence, blanked, find_reentrant
+from fields.path.reentrant import Evidence, blanked, find_outer, find_reentrant
 from fields.path.regions import direct_levels, sight_bits
 from fields.path.scan import BANDS_HZ, FoundPlane, ScanSignals, scan_signals
 from fields.path.shoebox import FittedRoom
@@ -67,7 +67,7 @@ def find_outline(
     both = scan_signals(rows, direct, BANDS_HZ[1:])
     signals = both[-1]
     # walls that few rows see need all of them
-    box = walled([both[0], *both], fitted.room.box.axes)
+    box = find_outer(signals, walled([both[0], *both], fitted.room.box.axes))
     evidence = Evidence(blanked(signals, box), box, _seen(rows, fitted))
     found = find_reentrant(evidence, np.concatenate([box.axes, -box.axes]))
     if not found:

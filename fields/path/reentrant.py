@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fields.path.box import Box
+from fields.path.box import FAR_M, Box
 from fields.path.scan import FoundPlane, ScanSignals, judge_planes
 
-__all__ = ["Evidence", "blanked", "find_reentrant"]
+__all__ = ["Evidence", "blanked", "find_outer", "find_reentrant"]
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -27,7 +27,8 @@ APART_M = 0.12
 OPENING_M = 0.25
 FRONT_M = 0.05
 SURE_Z, SPEAKING, LEAST_GROUPS = 4.0, 0.6, 2
-SURE_POOLED = 8.0
+SURE_POOLED, OUTER_POOLED = 8.0, 6.0
+OUTER_REACH_M = 9.0
 GROUP_ROWS = 3
 SHIFTS_S = np.concatenate(
     [[0.0], -np.linspace(3e-3, 6e-4, 9), np.linspace(6e-4, 3e-3, 9)]
@@ -182,6 +183,46 @@ def find_reentrant(evidence: Evidence, normals: FloatArray) -> list[FoundPlane]:
             ):
                 found.append(plane)
     return found
+
+
+def find_outer(signals: ScanSignals, box: Box) -> Box:
+    """Return the box with every wall that several emitters do not speak for redone.
+
+    Such a wall is looked for again with all rows, and is unheard where none is
+    sure: an echo of several walls that few rows share must not become one.
+    """
+    wide = replace(box, low=np.full(3, -FAR_M), high=np.full(3, FAR_M))
+    evidence = Evidence(signals, wide, np.zeros(len(signals.signals), dtype=bool))
+    ends = np.concatenate([signals.emitters, signals.listeners])
+    low, high, z = box.low.copy(), box.high.copy(), box.z.copy()
+    nothing = np.empty((0, 3))
+    for wall, plane in enumerate(box.planes):
+        axis, upper = divmod(wall, 2)
+        found = evidence.judged(plane, nothing) if box.heard[wall] else None
+        if not _outer(found):
+            first = float((ends @ plane[:3]).min()) - 0.02
+            tried = [
+                evidence.judged(np.append(plane[:3], first - step), nothing)
+                for step in np.arange(0, OUTER_REACH_M, STEP_M)
+            ]
+            heard = [one for one in tried if one is not None]
+            found = max(heard, key=lambda one: one.pooled, default=None)
+        sure = found is not None and _outer(found)
+        middle = float(box.axes[axis] @ box.origin)
+        z[wall] = found.pooled if sure and found else 0.0
+        if upper:
+            high[axis] = -found.offset - middle if sure and found else FAR_M
+        else:
+            low[axis] = found.offset - middle if sure and found else -FAR_M
+    return replace(box, low=low, high=high, z=z)
+
+
+def _outer(plane: FoundPlane | None) -> bool:
+    return (
+        plane is not None
+        and plane.pooled > OUTER_POOLED
+        and plane.speaking >= LEAST_GROUPS
+    )
 
 
 def _sure(plane: FoundPlane) -> bool:

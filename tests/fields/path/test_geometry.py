@@ -20,6 +20,7 @@ from fields.path.path_list import list_paths
 from fields.path.plan_plot import draw_plan
 from fields.path.polyhedral import fit_drawn, fit_polyhedron
 from fields.path.polyhedron import Polyhedron
+from fields.path.pose_spread import pose_alarms
 from fields.path.room import OMNI, BoxRoom
 from fields.path.shoebox import fit_shoebox
 from rir import Poses
@@ -255,3 +256,17 @@ def test_a_cut_follows_the_outline():
     cuts = cut_at(square.corners + square.origin, square.face_surface, 1.0)
     length = sum(float(np.linalg.norm(one - other)) for _, (one, other) in cuts)
     assert_allclose(length, 10.0)
+
+
+def test_poses_on_a_line_and_in_a_plane_are_told(l_set):
+    assert pose_alarms(l_set) == []
+    flat = l_set.listeners.positions * np.array([1, 1, 0])
+    emitters = l_set.emitters.positions * np.array([1, 1, 0])
+    level = replace(l_set, emitters=Poses.of(emitters), listeners=Poses.of(flat))
+    assert "in one plane" in pose_alarms(level)[0]
+    line = replace(
+        l_set,
+        emitters=Poses.of(emitters * np.array([1, 0, 0])),
+        listeners=Poses.of(flat * np.array([1, 0, 0])),
+    )
+    assert "on one line" in pose_alarms(line)[0]
