@@ -26,7 +26,8 @@ class EnergyHistogram:
     energy : ndarray, shape (E, L, bands, bins)
         Energy per bin; bin k holds arrivals from k to k + 1 time steps.
     error : ndarray, shape (E, L, bands, bins)
-        Standard error, from independent batches of rays.
+        Standard error, from independent batches of rays. That of a block of bins, an
+        eighth of all, is shared out to its bins as if these were independent.
     total_error : ndarray, shape (E, L, bands)
         Standard error of the sum over time.
     time_step : float

@@ -26,8 +26,9 @@ FloatArray = NDArray[np.float64]
 _WRAP = 1e-6
 """What is left of the end of a transform where it meets the beginning."""
 
-_COARSE = 64
-"""Time steps over which errors are told apart."""
+_COARSE = 8
+"""Blocks of time over which errors are told apart: more, and errors that neighbours
+have in common would be taken for independent."""
 
 
 @dataclass(frozen=True)

@@ -278,7 +278,7 @@ class Tracer:
                 known = _summed(exact - close, block)
                 changes = known + rows[i, j, :, : known.shape[1]]
                 variance = changes.var(axis=0) / (batches - 1)
-                square[i, j] = np.repeat(variance / block, block, axis=0)[: self.bins]
+                square[i, j] = _shared(variance, energy[i, j], block)
                 total[i, j] = changes.sum(axis=-2).var(axis=0) / (batches - 1)
         return energy, square, total
 
@@ -307,6 +307,13 @@ def _summed(rows: FloatArray, block: int) -> FloatArray:
     long = np.pad(rows, pad)
     split = long.reshape(*rows.shape[:-2], count, block, rows.shape[-1])
     return split.sum(axis=-2)
+
+
+def _shared(blocks: FloatArray, energy: FloatArray, block: int) -> FloatArray:
+    """Return the variances of blocks, shared out to time steps by their energy."""
+    whole = _summed(energy, block)
+    part = np.divide(blocks, whole, out=np.zeros_like(whole), where=whole > 0)
+    return np.repeat(part, block, axis=0)[: len(energy)] * energy
 
 
 def _bits(point: FloatArray) -> list[int]:
