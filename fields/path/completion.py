@@ -12,11 +12,12 @@ from fields.path.fitset import FitSet
 from fields.path.gate import Gate, Held, judge
 from fields.path.horizon import Doubt, predicted_coherence
 from fields.path.late import LateMaps, chi_square_variance
-from fields.path.open_air import free_levels
+from fields.path.open_air import direct_windows, free_levels
 from fields.path.regions import Regions, apartness, find_regions, sight_bits
 from fields.path.tail import Tail
 from fields.path.tiles import Tiles
 from fields.path.tint import tint_filter
+from fields.path.words import completion_alarms
 from rir import Poses
 
 __all__ = ["Completion"]
@@ -25,12 +26,11 @@ MOST_ROWS, LEAST_ROWS = 400, 120
 MOST_SAMPLES = 1_000_000
 MOST_FOLDS = 5
 LEAST_PER_FOLD = 6
-LEVEL_ALARM_DB = 1.0
 MOST_PAIR_GAIN = 4.0
 TRIMMED_ROWS = 150
-OPEN_ALARM = 0.9
 BEGUN = 0.1
-NEPER_DB = 10 / np.log(10)
+FIRM = 0.7
+LEAST_BESIDE = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +49,10 @@ class Completion:
         Waveform of what the energy model fills.
     alarms : list of str
         What a person should know.
+    firm : bool
+        Whether the direct sounds told are kept as they are.
+    onset_s : float
+        Delay of every arrival, seconds.
     """
 
     tiles: Tiles
@@ -56,6 +60,8 @@ class Completion:
     gate: Gate
     tail: Tail | CalmTail
     alarms: list[str] = field(default_factory=list)
+    firm: bool = False
+    onset_s: float = 0.0
 
     @classmethod
     def fit(
@@ -107,8 +113,13 @@ class Completion:
         gate = judge(held, expected, *misfits, apart, own)
         center = np.vstack(ends).mean(axis=0)
         tail = _tail(spatial, 0, center, tiles, speed)
-        alarms = _alarms(fit_set, gate, tiles, model_misfit, regions)
-        rough = cls(tiles, model, gate, tail, alarms)
+        alarms = completion_alarms(fit_set, gate, tiles, model_misfit, regions)
+        onset = float(getattr(getattr(paths, "room", None), "latency_s", 0.0))
+        windows = direct_windows(
+            timing[0], speed, onset, fit_set.n_samples, fit_set.sample_rate
+        )
+        firm = _firm(fit_set.responses * windows, early * windows)
+        rough = cls(tiles, model, gate, tail, alarms, firm, onset)
         if (gate.weights == 1).all() and (gate.shares == 1).all():
             return rough
         some = np.arange(0, len(fit_set), -(-len(fit_set) // TRIMMED_ROWS))
@@ -143,14 +154,30 @@ class Completion:
         if (weights == 1).all() and (shares == 1).all():
             return self.tiles.gained(early, gains)
         target = self._targets(early, first, second, gains, weights)
-        heard = self.tiles.energies(early)
         wanted = np.exp(target) * trims**2
+        direct = self._direct(early, first, second)
+        early = early - direct
+        heard = self.tiles.energies(early)
+        if self.firm:
+            own = self.tiles.energies(direct)
+            wanted = np.maximum(wanted - own, LEAST_BESIDE * np.minimum(wanted, own))
         pair = np.sqrt(wanted / np.maximum(heard, 1e-2 * wanted + 1e-300))
         pair = np.where(weights == 1, gains, np.minimum(pair, MOST_PAIR_GAIN))
         out = self.tiles.gained(early, pair * np.sqrt(shares))
         if (shares < 1).any():
             out += self._tail(first, second, wanted * (1 - shares))
-        return out
+        return out + direct
+
+    def _direct(
+        self, early: np.ndarray, first: np.ndarray, second: np.ndarray
+    ) -> np.ndarray:
+        """Return direct sounds that are firm; tiles must not cut them in two."""
+        if not self.firm:
+            return np.zeros_like(early)
+        reach = np.linalg.norm(first - second, axis=1)
+        timing = self.model.speed_of_sound, self.onset_s
+        shape = early.shape[1], self.tiles.sample_rate
+        return early * direct_windows(reach, *timing, *shape)
 
     def _targets(
         self,
@@ -209,6 +236,8 @@ class Completion:
             "tail_spatial": np.array(isinstance(self.tail, Tail)),
             "tail_tint": getattr(self.tail, "tint", np.ones(1)),
             "alarms": np.array(self.alarms, dtype=str),
+            "firm": np.array(self.firm),
+            "onset_s": np.array(self.onset_s),
         }
 
     @classmethod
@@ -234,7 +263,8 @@ class Completion:
         if isinstance(tail, CalmTail):
             tail = replace(tail, tint=arrays["tail_tint"])
         alarms = [str(one) for one in arrays["alarms"]]
-        return cls(tiles, model, gate, tail, alarms)
+        firm, onset = bool(arrays["firm"]), float(arrays["onset_s"])
+        return cls(tiles, model, gate, tail, alarms, firm, onset)
 
 
 def _tail(
@@ -257,6 +287,15 @@ def _spread_rows(fit_set: FitSet, count: int) -> np.ndarray:
     order = np.argsort(fit_set.places, kind="stable")
     picked = order[np.linspace(0, len(order) - 1, count).astype(int)]
     return np.sort(picked)
+
+
+def _firm(measured: np.ndarray, told: np.ndarray) -> bool:
+    """Return whether direct sounds are told well enough to be kept whole."""
+    loud = np.sqrt(np.maximum((measured**2).sum(axis=1, keepdims=True), 1e-300))
+    measured, told = measured / loud, told / loud
+    both = float((measured * told).sum())
+    power = float((measured**2).sum() * (told**2).sum())
+    return both > 0 and both**2 > FIRM * power
 
 
 def _held(tiles: Tiles, measured: np.ndarray, told: np.ndarray) -> Held:
@@ -322,64 +361,3 @@ def _left_out(
 
 _GATE = ("gains", "shares", "weights", "coherence", "trims")
 _PARTS = ("measured", "told", "products", "shuffled")
-
-
-def _alarms(
-    fit_set: FitSet,
-    gate: Gate,
-    tiles: Tiles,
-    misfit: np.ndarray,
-    regions: Regions,
-) -> list[str]:
-    """Say in words what is not explained."""
-    alarms = []
-    late = tiles.times >= 0.03
-    open_share = float((gate.shares[:, :, late] < 0.5).mean()) if late.any() else 0.0
-    if open_share > OPEN_ALARM:
-        alarms.append(
-            "paths do not explain this room: their waveforms fail in "
-            f"{100 * open_share:.0f} % of the octaves and times after 30 ms"
-        )
-    level = _level_error(misfit, fit_set.places)
-    if level > LEVEL_ALARM_DB:
-        alarms.append(
-            f"late level of an emitter left out is told to {level:.1f} dB only; "
-            "record more emitter places, or a pair with exchanged ends"
-        )
-    alarms += _unheard_regions(fit_set, regions)
-    return alarms
-
-
-def _level_error(misfit: np.ndarray, places: np.ndarray) -> float:
-    """Return the rms over emitters of the mean level error, dB."""
-    if len(np.unique(places)) < 2:
-        return 0.0
-    known = np.isfinite(misfit)
-    weight = np.where(known, 1.0, 0.0)
-    gaps = []
-    for place in np.unique(places):
-        mine = places == place
-        total = weight[mine].sum()
-        if total > 0:
-            level = np.where(known[mine], misfit[mine], 0.0).sum() / total
-            gaps.append(NEPER_DB * level)
-    return float(np.sqrt(np.mean(np.square(gaps)))) if gaps else 0.0
-
-
-def _unheard_regions(fit_set: FitSet, regions: Regions) -> list[str]:
-    if regions.count < 2:
-        return []
-    numbers = regions.numbers(fit_set.emitters.positions)
-    missing = sorted(set(range(regions.count)) - set(numbers.tolist()))
-    return [
-        f"no emitter stood in region {number + 1} of {regions.count} (round "
-        f"{_middle(regions, number)} m): its own decay is unknown; record one "
-        "pair with exchanged ends there"
-        for number in missing
-    ]
-
-
-def _middle(regions: Regions, number: int) -> str:
-    mine = regions.shares.argmax(axis=1) == number
-    middle = regions.places[mine if mine.any() else slice(None)].mean(axis=0)
-    return f"({middle[0]:.1f}, {middle[1]:.1f}, {middle[2]:.1f})"
