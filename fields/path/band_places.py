@@ -5,6 +5,7 @@ eliminated row by row, so that rows cost the same however many there are.
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,27 +68,26 @@ def fit_places(
     """
     rows = len(data.targets)
     shifts = np.zeros((rows, PLACES)) if shifts is None else shifts
-    noise = None
-    best: Moved | None = None
-    lowest, damping = np.inf, 1e-3
-    tried = Moved(banded, data, shifts, np.zeros((GEOMETRY, GEOMETRY)))
-    for turn in range(turns + 1):
-        if noise is None:
-            noise = _noise(tried, chosen)
-        square, right, misfit = _sums(tried, chosen, 1 / noise)
-        cost = float(misfit.sum() + (tried.shifts**2).sum() / max(sigma, 1e-9) ** 2)
-        if best is None or cost < lowest:
-            best, lowest, damping = tried, cost, damping / 5
-            parts = square, right
-        else:
-            damping *= 20
-        if turn == turns:
-            break
-        step, moves, covariance = _solved(*parts, best, sigma, damping)
+    best = Moved(banded, data, shifts, np.zeros((GEOMETRY, GEOMETRY)))
+    noise = _noise(best, chosen)
+    square, right, misfit = _sums(best, chosen, 1 / noise)
+    lowest, damping = _cost(best, misfit, sigma), 1e-3
+    for _ in range(turns):
+        step, moves, covariance = _solved(square, right, best, sigma, damping)
         best = replace(best, covariance=covariance)
         tried = _moved(best, step, moves)
-    assert_found = best
-    return assert_found if assert_found is not None else tried
+        found, pull, misfit = _sums(tried, chosen, 1 / noise)
+        cost = _cost(tried, misfit, sigma)
+        if cost < lowest:
+            best, lowest, damping = tried, cost, damping / 5
+            square, right = found, pull
+        else:
+            damping *= 20
+    return best
+
+
+def _cost(at: Moved, misfit: FloatArray, sigma: float) -> float:
+    return float(misfit.sum() + (at.shifts**2).sum() / max(sigma, 1e-9) ** 2)
 
 
 def _noise(at: Moved, chosen: NDArray[np.bool_]) -> FloatArray:
@@ -114,7 +114,8 @@ def _sums(
     square, right = np.zeros((rows, columns, columns)), np.zeros((rows, columns))
     misfit = np.zeros(rows)
     kernels = banded.kernels(data.weight)
-    accumulate_places(
+    add: Any = accumulate_places
+    add(
         *banded.room.ends(data.emitters, data.listeners),
         *banded.inside(),
         kernels.starts,
@@ -151,6 +152,7 @@ def _solved(
     outer = square[:, :GEOMETRY, :GEOMETRY].sum(axis=0)
     pull = right[:, :GEOMETRY].sum(axis=0)
     moves = np.zeros((len(square), PLACES))
+    solved = np.zeros((len(square), PLACES, GEOMETRY + 1))
     if sigma > 0:
         inner = square[:, GEOMETRY:, GEOMETRY:] + np.eye(PLACES) / sigma**2
         cross = square[:, GEOMETRY:, :GEOMETRY]

@@ -20,7 +20,7 @@ from rir.physics import air_absorption
 __all__ = ["fit_banded", "in_half_octaves", "start_banded"]
 
 FloatArray = NDArray[np.float64]
-ROWS, FEW, LEAST_ROWS = 80, 32, 24
+ROWS, FEW, LEAST_ROWS = 64, 32, 24
 WORTH, LEVEL = 0.9, (0.7, 1.4)
 CLEAR_HZ = 400.0, 1500.0
 POSE_SIGMA_M = 0.003

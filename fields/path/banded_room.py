@@ -72,7 +72,8 @@ class BandedRoom:
         from fields.path.band_kernel import render_bands
 
         out = np.zeros((len(emitters), self.grid.total), dtype=np.complex128)
-        render_bands(
+        add: Any = render_bands
+        add(
             *self.room.ends(emitters, listeners),
             *self.inside(),
             *_parts(kernels),

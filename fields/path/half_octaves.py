@@ -14,7 +14,7 @@ __all__ = ["HalfOctaves", "Kernels"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
-LOWEST_HZ = 28.0
+LOWEST_HZ = 20.0
 PAD_S = 0.03
 SPARE = 1.6
 """Envelope samples over the bins of a band."""
@@ -67,7 +67,8 @@ class HalfOctaves:
         """Middles of the bands, hertz."""
         top = 0.5 * self.sample_rate
         count = max(int(2 * np.log2(max(top / LOWEST_HZ, 1.0))), 1)
-        return top * 2.0 ** (-0.5 * np.arange(count, -1, -1))
+        centers = top * 2.0 ** (-0.5 * np.arange(count, -1, -1))
+        return np.asarray(centers, dtype=np.float64)
 
     @property
     def bands(self) -> int:
@@ -77,7 +78,8 @@ class HalfOctaves:
     @cached_property
     def hertz(self) -> FloatArray:
         """Frequencies of the spectra's bins."""
-        return np.fft.rfftfreq(self.size, 1 / self.sample_rate)
+        hertz = np.fft.rfftfreq(self.size, 1 / self.sample_rate)
+        return np.asarray(hertz, dtype=np.float64)
 
     @cached_property
     def masks(self) -> FloatArray:
@@ -88,7 +90,8 @@ class HalfOctaves:
         place = 2 * np.log2(np.maximum(self.hertz, 1e-3) / self.centers[0])
         place = np.minimum(place, self.bands - 1)
         gap = np.abs(place - np.arange(self.bands)[:, None])
-        return np.cos(0.5 * np.pi * np.clip(gap, 0, 1)) ** 2
+        weights = np.cos(0.5 * np.pi * np.clip(gap, 0, 1)) ** 2
+        return np.asarray(weights, dtype=np.float64)
 
     @cached_property
     def spans(self) -> NDArray[np.int64]:
