@@ -19,11 +19,13 @@ from typing import Any
 import numpy as np
 
 from fields.path.acoustics import Acoustics, hear_room
+from fields.path.box import assemble_box
 from fields.path.box_fit import level_errors
+from fields.path.direct import read_direct
 from fields.path.fitset import FitSet, place_numbers
-from fields.path.ground_plan import box_shape
 from fields.path.polyhedral import FittedMesh
 from fields.path.polyhedron import Polyhedron
+from fields.path.scan import scan_planes, scan_signals
 from rir import GainPattern, Poses
 from rooms import Scene, simulate
 from rooms.mesh import MeshGeometry
@@ -35,6 +37,7 @@ CLEAR = ("patterns", "direct", "specular")
 BENT = (*CLEAR, "diffraction")
 ROUGH = (*BENT, "scattering", "late")
 FOUND_M, FOUND_DEG = 0.05, 3.0
+SCANNED = (5, 3), (5, 24, 3)
 
 
 def l_scene(scattering: float = 0.0, cardioid: bool = False) -> Scene:
@@ -110,16 +113,19 @@ def l_rows(scene: Scene, emitters: int, listeners: int, seed: int, **how: Any):
     return rows_of(scene, ends[0], ends[1].reshape(emitters, -1, 3), rng, **how)
 
 
-def wall_errors(heard: Acoustics, truth: Polyhedron) -> dict[str, Any]:
-    """Compare the planes found with the true ones, at the middle of each wall."""
-    if heard.fitted is None:
-        return {"found": 0, "false": 0, "mm": float("nan"), "deg": float("nan")}
+def planes_of(heard: Acoustics) -> np.ndarray:
+    """Return the planes found, shape (P, 4)."""
     fitted = heard.fitted
+    if fitted is None:
+        return np.empty((0, 4))
     if isinstance(fitted, FittedMesh):
-        planes = fitted.room.shape.planes
-    else:
-        box = fitted.room.box
-        planes = box_shape(box).planes if box.heard.any() else np.empty((0, 4))
+        return fitted.room.shape.planes
+    box = fitted.room.box
+    return box.planes[box.heard]
+
+
+def wall_errors(planes: np.ndarray, truth: Polyhedron) -> dict[str, Any]:
+    """Compare the planes found with the true ones, at the middle of each wall."""
     middles = np.array(
         [
             truth.vertices[truth.faces[truth.plane_of == k]].reshape(-1, 3).mean(0)
@@ -185,7 +191,7 @@ def l_case(
     if isinstance(heard.fitted, FittedMesh):
         volume = float(heard.fitted.room.shape.mesh.volume)
     return {
-        **wall_errors(heard, truth),
+        **wall_errors(planes_of(heard), truth),
         **scores(heard, test),
         "volume_percent": 100 * (volume / truth.mesh.volume - 1),
         "cpu_s": seconds,
@@ -270,17 +276,45 @@ def poor(train: FitSet, truth: Polyhedron) -> dict[str, Any]:
     start = time.process_time()
     heard = hear_room(train)
     seconds = time.process_time() - start
-    return {**wall_errors(heard, truth), "cpu_s": seconds, "alarms": heard.alarms}
+    return {
+        **wall_errors(planes_of(heard), truth),
+        "cpu_s": seconds,
+        "alarms": heard.alarms,
+    }
+
+
+def scanned() -> dict[str, dict[str, Any]]:
+    """Scan 120 rows of a box with five cardioids, three draws, without a fit."""
+    size = (6.0, 4.0, 3.0)
+    cardioid = GainPattern.cardioid()
+    scene = Scene.shoebox(size, absorption=0.3, emitter_gain=cardioid)
+    truth, told = Polyhedron.of_mesh(MeshGeometry.box(size)), {}
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        ends = [rng.uniform(0.5, np.array(size) - 0.5, shape) for shape in SCANNED]
+        clean: dict[str, Any] = {"jitter": 0.0, "noise_db": -200.0, "effects": CLEAR}
+        rows = rows_of(scene, ends[0], ends[1], rng, **clean)
+        start = time.process_time()
+        direct = read_direct(rows)
+        signals = scan_signals(rows, direct)
+        box = assemble_box(signals, scan_planes(signals))
+        seconds = time.process_time() - start
+        planes = np.empty((0, 4)) if box is None else box.planes[box.heard]
+        found = wall_errors(planes, truth)
+        told[f"scan of a box, {seed}"] = {**found, "cpu_s": seconds, "alarms": []}
+    return told
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the benchmark; returns 0."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--quick", action="store_true", help="one L, one box, noise")
-    parser.add_argument("--only", default="", help="L or poor: leave the rest out")
+    parser.add_argument("--only", default="", help="scan, L or poor")
     parser.add_argument("--out", type=Path, default=Path("results/path_geometry.json"))
     options = parser.parse_args(argv)
     results: dict[str, dict[str, Any]] = {}
+    if options.only in ("", "scan"):
+        results |= scanned()
     if options.only in ("", "L"):
         results |= l_cases(options.quick)
     if options.only in ("", "poor"):
