@@ -15,7 +15,7 @@ from fields.run import train_on
 from fields.sets import Bench, jitter_floor
 from fields.watching import plot_curves
 
-__all__ = ["comparison_table", "plot_comparison"]
+__all__ = ["comparison_table", "convergence_note", "plot_comparison"]
 
 BASELINES = {"nearest": "none", "nearest exchange": "double", "linear": "none"}
 CHECKS = {
@@ -68,16 +68,19 @@ def comparison_table(
         "swap: answers compared with those for exchanged ends; train C50: the "
         "difference at training rows"
     )
-    table.notes.append(_convergence(rows))
+    table.notes.append(convergence_note(rows))
     return table
 
 
-def _convergence(rows: list[dict[str, Any]]) -> str:
+def convergence_note(rows: list[dict[str, Any]]) -> str:
     """Say which trainings had not come to rest when their budget ended."""
     moving, short = [], []
     for method, mine in _by_method(rows).items():
-        falls = [late_fall(row["report"].get("history", [])) for row in mine]
-        fall = _average(falls)
+        histories = [row["report"].get("history") for row in mine]
+        # What is fitted and not trained keeps no losses.
+        if all(history is None for history in histories):
+            continue
+        fall = _average([late_fall(history or []) for history in histories])
         if fall > AT_REST:
             moving.append(f"{method} ({100 * fall:.0f} %)")
         elif not np.isfinite(fall):

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from fields.compare_table import convergence_note
 from fields.convergence import AT_REST, late_fall
 
 
@@ -32,3 +33,17 @@ def test_losses_that_are_not_finite_are_left_out():
     losses = np.full(100, 3.0)
     losses[10] = np.nan
     assert late_fall(history(losses)) == 0.0
+
+
+def test_note_names_what_moved_what_was_cut_short_and_nothing_else():
+    def row(method, report):
+        return {"method": method, "report": report}
+
+    fitted = row("path vanilla", {"walls": 6})
+    steady = row("inras vanilla", {"history": history([2.0] * 100)})
+    falling = row("avr vanilla", {"history": history(np.linspace(3, 1, 100))})
+    short = row("naf vanilla", {"history": history([1.0] * 5)})
+    assert "every training had converged" in convergence_note([fitted, steady])
+    told = convergence_note([fitted, steady, falling, short])
+    assert "in the last quarter: avr vanilla (32 %); " in told
+    assert told.endswith("after a few steps: naf vanilla")
