@@ -97,7 +97,7 @@ def office(test: Sequence[int]) -> tuple[FieldData, ...] | None:
             np.column_stack([stored[name], np.full(len(stored[name]), HEIGHT_M)])
             for name in ("src_xy_m", "mic_xy_m")
         ]
-        rate = float(stored["fs"])
+        rate = int(stored["fs"])
     held = Dataset.from_arrays(responses, *ends, sample_rate=rate, simulated=False)
     owner = np.arange(len(held)) // responses.shape[1]
     unheard = np.isin(owner, test)

@@ -106,11 +106,10 @@ class Completion:
         apart = apartness(regions(ends[0]), regions(ends[1]))
         # Filters ring before the direct sound; what is told of that is no merit.
         begun = arrival_shares(fit_set.distances, speed, tiles)[0][:, None] > BEGUN
-        misfits = [
-            np.where(begun, one, np.nan) for one in (_path_ratio(held), model_misfit)
-        ]
+        ratio = np.where(begun, _path_ratio(held), np.nan)
+        misfit = np.where(begun, model_misfit, np.nan)
         own = chi_square_variance(tiles.widths[:, None], tiles.bin_s)
-        gate = judge(held, expected, *misfits, apart, own)
+        gate = judge(held, expected, ratio, misfit, apart, own)
         center = np.vstack(ends).mean(axis=0)
         tail = _tail(spatial, 0, center, tiles, speed)
         alarms = completion_alarms(fit_set, gate, tiles, model_misfit, regions)

@@ -63,7 +63,7 @@ def dataset(rows):
             wave[: start + 40] = 0
             wave[start] = 1 / reach
             responses[k, m] = wave
-    return Dataset.from_arrays(responses, first, grid, sample_rate=RATE)
+    return Dataset.from_arrays(responses, first, grid, sample_rate=round(RATE))
 
 
 @pytest.fixture(scope="module")
@@ -183,6 +183,7 @@ def test_a_network_answers_both_ways_alike_and_comes_back(rows, tmp_path, monkey
     monkeypatch.setattr(module, "needs_network", lambda *_: True)
     held = dataset(rows)
     field = train(held, model="path", steps=3)
+    assert isinstance(field, module.PathField)
     assert any("network" in one for one in field.alarms)
     from fields.data import prepare
 
