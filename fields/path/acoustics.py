@@ -35,6 +35,7 @@ LEAST_WALLS = 2
 JUDGED_ROWS = 60
 POOR = 0.85
 LONE, CUT = 0.02, 1.25
+BELIEVED = 0.2
 PERFECT = 10 ** (-25 / 10)
 COMPLETED_ROWS = 300
 WALL_NAMES = ("low x", "high x", "low y", "high y", "low z", "high z")
@@ -168,7 +169,7 @@ def _room_arrays(fitted: FittedRoom) -> dict[str, Any]:
         "coloring": fitted.coloring.factors,
         "covariance": fitted.covariance,
         "active": fitted.active,
-    }
+    } | ({} if fitted.tones is None else {"tones": fitted.tones})
 
 
 def _room_from(arrays: dict[str, np.ndarray]) -> FittedRoom:
@@ -185,7 +186,14 @@ def _room_from(arrays: dict[str, np.ndarray]) -> FittedRoom:
     coloring = Coloring(arrays["coloring"], scalars["sample_rate"])
     parts = _part(arrays, "banded")
     banded = BandedRoom.from_arrays(room, parts) if parts else None
-    return FittedRoom(room, coloring, arrays["covariance"], arrays["active"], banded)
+    return FittedRoom(
+        room,
+        coloring,
+        arrays["covariance"],
+        arrays["active"],
+        banded,
+        arrays.get("tones"),
+    )
 
 
 def hear_room(
@@ -256,11 +264,17 @@ def hear_room(
             "second emitter place"
         )
     rest = None
-    if late and unexplained > PERFECT:
+    # half octaves hold their own energies; what they leave is no late sound
+    whole = _banded(fitted) and rows.n_samples <= short.n_samples
+    if late and unexplained > (BELIEVED if whole else PERFECT):
         late_s = _latency(fitted)
         rest = Rest.fit(heard, judged, early, fitted, aimed=aimed, latency_s=late_s)
         alarms += rest.alarms
     return Acoustics(fitted, None, rest, unexplained, alarms)
+
+
+def _banded(fitted: FittedRoom | FittedMesh) -> bool:
+    return isinstance(fitted, FittedRoom) and fitted.banded is not None
 
 
 def _fitted(

@@ -14,6 +14,7 @@ from fields.path.fitset import FitSet
 from fields.path.half_octaves import HalfOctaves
 from fields.path.room import OMNI, BoxRoom
 from fields.path.shoebox import FittedRoom
+from fields.path.tiles import Tiles
 from rir import Poses
 from rir.physics import air_absorption
 
@@ -22,6 +23,7 @@ __all__ = ["fit_banded", "in_half_octaves", "start_banded"]
 FloatArray = NDArray[np.float64]
 ROWS, FEW, LEAST_ROWS = 64, 32, 24
 WORTH, LEVEL = 0.9, (0.7, 1.4)
+TONED, TONE = 160, (0.5, 2.0)
 CLEAR_HZ = 400.0, 1500.0
 POSE_SIGMA_M = 0.003
 LOW_HZ, MIDDLE_HZ, HIGH_HZ = 200.0, 2000.0, 6000.0
@@ -125,7 +127,21 @@ def in_half_octaves(
     # the first rows of a spread are those that were fitted
     fresh = judged.spread_rest(ROWS) if len(judged) > ROWS + FEW else judged
     gain = _gap(fresh, better) / max(_gap(fresh, fitted), 1e-300)
-    return better if gain < WORTH else None
+    if gain >= WORTH:
+        return None
+    return replace(better, tones=_tones(rows.spread(TONED), better))
+
+
+def _tones(rows: FitSet, fitted: FittedRoom) -> FloatArray:
+    """Return gains that bring each tile's mean energy to the measured one."""
+    told = fitted.predict(rows.emitters, rows.listeners, rows.n_samples)
+    tiles = Tiles(rows.sample_rate, rows.n_samples)
+    weight = 1 / np.maximum((rows.responses**2).sum(axis=1), 1e-300)
+    wanted = np.tensordot(weight, tiles.energies(rows.responses), axes=1)
+    found = np.tensordot(weight, tiles.energies(told), axes=1)
+    floor = 1e-9 * float(wanted.max())
+    gains = np.sqrt((wanted + floor) / (found + floor))
+    return np.clip(gains, *TONE)
 
 
 def _gap(rows: FitSet, fitted: FittedRoom) -> float:

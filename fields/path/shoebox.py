@@ -14,6 +14,7 @@ from fields.path.coloring import Coloring, fit_coloring
 from fields.path.direct import DirectSound
 from fields.path.fitset import FitSet
 from fields.path.room import OMNI, BoxRoom
+from fields.path.tiles import Tiles
 from rir import GainPattern, Poses
 
 __all__ = ["FittedRoom", "fit_shoebox"]
@@ -42,13 +43,28 @@ class FittedRoom:
     covariance: FloatArray
     active: NDArray[np.bool_]
     banded: BandedRoom | None = None
+    tones: FloatArray | None = None
+    """Gains of octaves and bins of a banded room, (octaves, bins)."""
 
     def predict(self, emitters: Poses, listeners: Poses, n_samples: int) -> FloatArray:
         """Return all paths' sound, shape (rows, n_samples)."""
         if self.banded is not None:
-            return self.banded.render(emitters, listeners, n_samples)
+            plain = self.banded.render(emitters, listeners, n_samples)
+            return plain if self.tones is None else self._toned(plain)
         plain = self.room.render(emitters, listeners, n_samples)
         return plain + self.coloring.added(plain)
+
+    def _toned(self, plain: FloatArray) -> FloatArray:
+        """Give each tile of octaves and time the energy it has on average."""
+        if self.banded is None or self.tones is None:
+            return plain
+        grid, out = self.banded.grid, plain.copy()
+        kept = min(grid.n_samples, plain.shape[1])
+        tiles = Tiles(grid.sample_rate, kept)
+        gains = self.tones[None, :, : tiles.bins]
+        gains = np.broadcast_to(gains, (len(plain), *gains.shape[1:]))
+        out[:, :kept] = tiles.gained(plain[:, :kept], gains)
+        return out
 
     @property
     def speed_of_sound(self) -> float:
