@@ -11,6 +11,7 @@ from fields.path.bent import bends, bent_sound
 from fields.path.box import Box
 from fields.path.box_fit import level_errors
 from fields.path.cells import cut_cells, enclosed, label_cells, shape_of
+from fields.path.coloring import Coloring
 from fields.path.direct import read_direct
 from fields.path.fitset import FitSet, place_numbers
 from fields.path.ground_plan import box_shape, cut_at, plan_of
@@ -18,7 +19,7 @@ from fields.path.mesh_room import MeshRoom
 from fields.path.opened import open_box
 from fields.path.path_list import list_paths
 from fields.path.plan_plot import draw_plan
-from fields.path.polyhedral import fit_drawn, fit_polyhedron
+from fields.path.polyhedral import FittedMesh, fit_drawn, fit_polyhedron
 from fields.path.polyhedron import Polyhedron
 from fields.path.pose_spread import pose_alarms
 from fields.path.room import OMNI, BoxRoom
@@ -270,3 +271,15 @@ def test_poses_on_a_line_and_in_a_plane_are_told(l_set):
         listeners=Poses.of(flat * np.array([1, 0, 0])),
     )
     assert "on one line" in pose_alarms(line)[0]
+
+
+def test_a_stored_room_answers_the_same(l_set):
+    shape = Polyhedron.of_mesh(MeshGeometry.extruded(OUTLINE, 3.0))
+    room = room_of(shape, 3)
+    fitted = FittedMesh(room, Coloring.none(RATE), np.full(8, 1e-3), bending=True)
+    stored = {name: np.asarray(value) for name, value in fitted.as_arrays().items()}
+    again = FittedMesh.from_arrays(stored)
+    ends = l_set.emitters[:3], l_set.listeners[:3]
+    told = fitted.predict(ends[0], ends[1], 500)
+    assert_allclose(again.predict(ends[0], ends[1], 500), told, rtol=0, atol=0)
+    assert again.bending
