@@ -122,12 +122,12 @@ def test_more_than_two_edges_are_refused():
 
 def around_the_corner(here, there):
     """Return the way from an image around the one edge of FLOOR, by Biot et al."""
-    ends = []
+    ends: list[tuple[float, float, float]] = []
     for place in (here, there):
         x, y = place[0] - 3, place[1] - 2.5
         # from the face along +x the air goes clockwise to the face along +y
         ends.append((np.hypot(x, y), -np.arctan2(y, x) % (2 * np.pi), place[2]))
-    return wedge_pressure(1.5 * np.pi, *ends, OCTAVES, C)
+    return wedge_pressure(1.5 * np.pi, ends[0], ends[1], OCTAVES, C)
 
 
 @pytest.mark.parametrize(
