@@ -19,7 +19,7 @@ __all__ = ["needs_network", "with_network"]
 
 FloatArray = NDArray[np.float64]
 POOR = 0.85
-ENOUGH = 0.5
+ENOUGH = 0.3
 LEAST_ROWS = 32
 
 
@@ -27,8 +27,8 @@ def needs_network(acoustics: Acoustics, rows: int) -> bool:
     """Return whether a network may know what nothing else explains.
 
     Not where walls are sure and paths tell more than a little; and not where what
-    answers has less than half of the errors of interpolated rows at places left
-    out: networks, which interpolate as well, do not come so far.
+    answers has less than three tenths of the errors of interpolated rows at places
+    left out: networks, which interpolate as well, do not come so far.
     """
     if rows < LEAST_ROWS:
         return False
