@@ -18,6 +18,7 @@ import numpy as np
 from fields.path.acoustics import Acoustics, hear_room
 from fields.path.box_fit import level_errors
 from fields.path.fitset import FitSet, place_numbers
+from fields.path.shoebox import FittedRoom
 from rir import GainPattern, Poses
 
 SIZE = np.array([6.0, 4.0, 3.0])
@@ -137,7 +138,7 @@ def _pattern_error(heard: Acoustics) -> float:
 
 
 def _wall_error(heard: Acoustics) -> float:
-    if heard.fitted is None:
+    if not isinstance(heard.fitted, FittedRoom):
         return float("nan")
     planes = heard.fitted.room.box.planes
     true = np.array([0, -SIZE[0], 0, -SIZE[1], 0, -SIZE[2]])
@@ -168,7 +169,7 @@ def hard_cases(train: FitSet, test: FitSet) -> dict[str, dict[str, Any]]:
     for name, rows in cases.items():
         heard = hear_room(rows)
         answer = heard.predict(test.emitters, test.listeners, test.n_samples)
-        walls = 0 if heard.fitted is None else int(heard.fitted.room.box.heard.sum())
+        walls = 0 if heard.fitted is None else heard.fitted.n_walls
         error = float(np.median(level_errors(test.responses, answer)))
         told[name] = {"walls": walls, "nmse_db": error, "alarms": heard.alarms}
     return told

@@ -13,9 +13,8 @@ def cast(tree, origins, directions, limit):
     """Return distance and triangle (or -1) of what rays meet, shape (n, rays)."""
     nodes, children, packs, faces = tree
     count, rays = directions.shape[:2]
-    stack = np.empty(DEPTH, dtype=np.int64)
-    depth = np.empty(DEPTH, dtype=np.float32)
-    near = np.empty(16, dtype=np.float32)
+    owner = np.empty(DEPTH, dtype=np.int64)
+    keys = np.empty(DEPTH * 16, dtype=np.int32)
     far = np.empty(8 * FEW)
     distances = np.empty((count, rays))
     met = np.empty((count, rays), dtype=np.int64)
@@ -33,9 +32,8 @@ def cast(tree, origins, directions, limit):
                 directions[row, ray, 1],
                 directions[row, ray, 2],
                 limit,
-                stack,
-                depth,
-                near,
+                owner,
+                keys,
                 far,
             )
     return distances, met

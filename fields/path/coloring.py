@@ -1,9 +1,11 @@
 """The slow part of a source's response: high-passes and rumble filters.
 
 A pulse of a few milliseconds cannot hold a 10 Hz high-pass. A small sum of
-one-pole smoothings of the rendered sound, forwards and backwards in time, can.
+one-pole smoothings of the rendered sound, forwards and backwards in time, can. What
+runs backwards begins after the end of a row: paths are rendered a little further.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,8 +14,12 @@ from numpy.typing import NDArray
 __all__ = ["Coloring", "fit_coloring"]
 
 FloatArray = NDArray[np.float64]
+Render = Callable[[int], FloatArray]
+"""Answers the sound of all rows at a number of samples."""
 TIMES_S = 1e-3 * 2.0 ** np.arange(0, 7)
-RIDGE = 1e-5
+AHEAD_S = 0.03
+"""Seconds beyond the end of a row that are rendered for the smoothings."""
+RIDGE = 1e-7
 WORTH = 0.97
 """A coloring must lower the squared error of rows it has not seen by 3 %."""
 
@@ -25,12 +31,24 @@ class Coloring:
     factors: FloatArray
     sample_rate: float
 
-    def added(self, responses: FloatArray) -> FloatArray:
-        """Return what the coloring adds to rendered responses."""
+    def heard(self, render: Render, n_samples: int) -> FloatArray:
+        """Return what `render` gives and what the coloring adds, (rows, n_samples)."""
         if not self.factors.any():
-            return np.zeros_like(responses)
-        columns = _smoothed(responses, self.sample_rate)
-        return np.tensordot(self.factors, columns, axes=1)
+            return render(n_samples)
+        plain = render(n_samples + self._ahead)
+        columns = _smoothed(plain, self.sample_rate)
+        return (plain + np.tensordot(self.factors, columns, axes=1))[:, :n_samples]
+
+    def added(self, render: Render, n_samples: int) -> FloatArray:
+        """Return what the coloring adds to what `render` gives, (rows, n_samples)."""
+        if not self.factors.any():
+            return np.zeros((1, n_samples))
+        columns = _smoothed(render(n_samples + self._ahead), self.sample_rate)
+        return np.tensordot(self.factors, columns[..., :n_samples], axes=1)
+
+    @property
+    def _ahead(self) -> int:
+        return round(AHEAD_S * self.sample_rate)
 
     @classmethod
     def none(cls, sample_rate: float) -> "Coloring":
@@ -38,27 +56,29 @@ class Coloring:
         return cls(np.zeros(2 * len(TIMES_S)), sample_rate)
 
 
-def fit_coloring(
-    truth: FloatArray, rendered: FloatArray, sample_rate: float
-) -> Coloring:
+def fit_coloring(truth: FloatArray, render: Render, sample_rate: float) -> Coloring:
     """Fit the coloring that brings rendered responses nearest to true ones."""
     none = Coloring.none(sample_rate)
+    n_samples = truth.shape[1]
+    rendered = render(n_samples)
     if len(truth) < 4 or not rendered.any():
         return none
-    columns = _smoothed(rendered, sample_rate)
     gap = truth - rendered
+    columns = _smoothed(rendered, sample_rate)
     first, second = slice(0, None, 2), slice(1, None, 2)
     half = _solved(columns[:, first], gap[first])
     left = gap[second] - np.tensordot(half, columns[:, second], axes=1)
     if (left**2).sum() > WORTH * (gap[second] ** 2).sum():
         return none
+    further = render(n_samples + round(AHEAD_S * sample_rate))
+    columns = _smoothed(further, sample_rate)[..., :n_samples]
     return Coloring(_solved(columns, gap), sample_rate)
 
 
 def _solved(columns: FloatArray, gap: FloatArray) -> FloatArray:
     flat = columns.reshape(len(columns), -1)
     square = flat @ flat.T
-    # no smoothing may be large: together they can only take away
+    # many smoothings are alike: none may grow large against another
     square[np.diag_indices_from(square)] += RIDGE * np.trace(square)
     return np.linalg.solve(square, flat @ gap.ravel()).astype(np.float64)
 

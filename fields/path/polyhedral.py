@@ -1,6 +1,7 @@
 """From a room of flat faces, roughly known, to a fitted one."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 from fields.path.bank import PulseBank, ideal_bank
 from fields.path.bent import bends, bent_sound
 from fields.path.box_fit import fit_bank
-from fields.path.coloring import Coloring, fit_coloring
+from fields.path.coloring import Coloring, Render, fit_coloring
 from fields.path.direct import DirectSound
 from fields.path.fitset import FitSet
 from fields.path.mesh_fit import MeshStep, PlaneFit, fit_planes, squared_errors
@@ -64,10 +65,14 @@ class FittedMesh:
 
     def predict(self, emitters: Poses, listeners: Poses, n_samples: int) -> FloatArray:
         """Return all paths' sound, shape (rows, n_samples)."""
+        render = partial(self._plain, emitters, listeners)
+        return self.coloring.heard(render, n_samples)
+
+    def _plain(self, emitters: Poses, listeners: Poses, n_samples: int) -> FloatArray:
         plain = self.room.render(emitters, listeners, n_samples)
         if self.bending:
             plain += bent_sound(self.room, emitters, listeners, n_samples)
-        return plain + self.coloring.added(plain)
+        return plain
 
     @property
     def n_walls(self) -> int:
@@ -173,7 +178,8 @@ def fit_polyhedron(
     for turn in range(ROUNDS):
         coloring, fitted = _polished(few, fitted, coloring, turn)
         if turn < ROUNDS - 1:
-            rest = few.responses - coloring.added(_rendered(few, fitted.room))
+            added = coloring.added(_render(few, fitted.room), few.n_samples)
+            rest = few.responses - added
             room = _holding(few, fitted.room)
             fitted = fit_planes(few, room, whole, rest)
     return FittedMesh(fitted.room.free(), coloring, fitted.plane_sd(), bending)
@@ -299,8 +305,8 @@ def _with_right_order(rows: FitSet, room: MeshRoom) -> MeshRoom:
     return replace(room, order=most if whole else max(best, 1))
 
 
-def _rendered(rows: FitSet, room: MeshRoom) -> FloatArray:
-    return room.render(rows.emitters, rows.listeners, rows.n_samples)
+def _render(rows: FitSet, room: MeshRoom) -> Render:
+    return partial(room.render, rows.emitters, rows.listeners)
 
 
 def _polished(
@@ -308,7 +314,7 @@ def _polished(
 ) -> tuple[Coloring, PlaneFit]:
     """Fit the pulse and the coloring to the paths as they are now."""
     room = fitted.room
-    rest = rows.responses - coloring.added(_rendered(rows, room))
+    rest = rows.responses - coloring.added(_render(rows, room), rows.n_samples)
     taps = [round(part * rows.sample_rate) for part in BANK_S]
     if turn == 0:
         taps = [20, 28]
@@ -316,7 +322,7 @@ def _polished(
     better = replace(room, bank=bank)
     if _total(rows, better, rest) < _total(rows, room, rest):
         room = better
-    coloring = fit_coloring(rows.responses, _rendered(rows, room), rows.sample_rate)
+    coloring = fit_coloring(rows.responses, _render(rows, room), rows.sample_rate)
     return coloring, replace(fitted, room=room)
 
 

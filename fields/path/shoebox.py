@@ -1,6 +1,7 @@
 """From an assembled box to a fitted room: the stages in their order."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from fields.path.banded_room import BandedRoom
 from fields.path.bank import ideal_bank
 from fields.path.box import Box
 from fields.path.box_fit import Fitted, Step, fit_bank, fit_room, slow_columns
-from fields.path.coloring import Coloring, fit_coloring
+from fields.path.coloring import Coloring, Render, fit_coloring
 from fields.path.direct import DirectSound
 from fields.path.fitset import FitSet
 from fields.path.room import OMNI, BoxRoom
@@ -51,8 +52,8 @@ class FittedRoom:
         if self.banded is not None:
             plain = self.banded.render(emitters, listeners, n_samples)
             return plain if self.tones is None else self._toned(plain)
-        plain = self.room.render(emitters, listeners, n_samples)
-        return plain + self.coloring.added(plain)
+        render = partial(self.room.render, emitters, listeners)
+        return self.coloring.heard(render, n_samples)
 
     def _toned(self, plain: FloatArray) -> FloatArray:
         """Give each tile of octaves and time the energy it has on average."""
@@ -125,7 +126,8 @@ def fit_shoebox(
     fitted = replace(fitted, room=_with_right_order(few, fitted.room))
     for turn in range(ROUNDS):
         coloring, fitted = _polished(few, fitted, coloring, turn)
-        rest = few.responses - coloring.added(_rendered(few, fitted.room))
+        added = coloring.added(_render(few, fitted.room), few.n_samples)
+        rest = few.responses - added
         if turn < ROUNDS - 1:
             fitted = fit_room(few, fitted.room, whole, rest)
             fitted = replace(fitted, room=_with_right_order(few, fitted.room))
@@ -191,6 +193,10 @@ def _below(responses: FloatArray, share: float) -> FloatArray:
     return np.fft.irfft(spectra, size)[:, half : half + responses.shape[1]]
 
 
+def _render(rows: FitSet, room: BoxRoom) -> Render:
+    return partial(room.render, rows.emitters, rows.listeners)
+
+
 def _rendered(rows: FitSet, room: BoxRoom) -> FloatArray:
     return room.render(rows.emitters, rows.listeners, rows.n_samples)
 
@@ -223,7 +229,7 @@ def _polished(
 ) -> tuple[Coloring, Fitted]:
     """Fit the pulse and the coloring to the images as they are now."""
     room = fitted.room
-    rest = rows.responses - coloring.added(_rendered(rows, room))
+    rest = rows.responses - coloring.added(_render(rows, room), rows.n_samples)
     taps = [round(part * rows.sample_rate) for part in BANK_S]
     if turn == 0:
         taps = [20, 28]
@@ -231,7 +237,7 @@ def _polished(
     better = replace(room, bank=bank)
     if _squares(rest, rows, better) < _squares(rest, rows, room):
         room = better
-    coloring = fit_coloring(rows.responses, _rendered(rows, room), rows.sample_rate)
+    coloring = fit_coloring(rows.responses, _render(rows, room), rows.sample_rate)
     return coloring, replace(fitted, room=room)
 
 
