@@ -1,15 +1,47 @@
 """What a point passes on, linear in the emitter's pattern."""
 
 import math
+from typing import Literal, TypeAlias
 
 import torch
 from torch import Tensor
 
 from fields.layers.direct import ORDER, local_direction
 from fields.layers.harmonics import harmonics
+from fields.plan import TrainingPlan
 from fields.training.query import Query
 
-__all__ = ["omni_pattern", "sent_features"]
+__all__ = ["Emission", "emission_for", "omni_pattern", "sent_features"]
+
+Emission: TypeAlias = Literal[
+    "auto", "local", "pattern", "absolute", "absolute-pattern"
+]
+
+
+def emission_for(asked: Emission, plan: TrainingPlan | None = None) -> Emission:
+    """Return what points are told of the emitter, where that is left to the plan.
+
+    Offsets share between emitters by themselves; absolute places err less once
+    exchange teaches an emitter at every listener's place.
+
+    Parameters
+    ----------
+    asked : str
+        A choice, returned as it is, or "auto".
+    plan : TrainingPlan, optional
+        The training that is to come; none is one without exchange.
+
+    Examples
+    --------
+    >>> emission_for("auto"), emission_for("auto", TrainingPlan(exchange="flip"))
+    ('pattern', 'absolute-pattern')
+    >>> emission_for("local", TrainingPlan(exchange="double"))
+    'local'
+    """
+    if asked != "auto":
+        return asked
+    exchanged = plan is not None and plan.exchange != "none"
+    return "absolute-pattern" if exchanged else "pattern"
 
 
 def omni_pattern() -> Tensor:

@@ -17,7 +17,7 @@ from torch.utils.checkpoint import checkpoint
 from fields.data import FieldData
 from fields.frame import SceneFrame
 from fields.layers.direct import DirectPath, arrival, local_direction
-from fields.layers.emission import omni_pattern, sent_features
+from fields.layers.emission import Emission, emission_for, omni_pattern, sent_features
 from fields.layers.encoding import Sinusoids
 from fields.layers.harmonics import harmonics
 from fields.layers.hash_grid import HashGrid
@@ -75,10 +75,10 @@ class Config:
     "frequencies of the position encoding (paper: a hash grid)"
     hash_levels: int = 0
     "levels of a hash grid in place of sinusoids (paper: 20)"
-    emission: Literal["local", "pattern", "absolute", "absolute-pattern"] = "pattern"
-    "what points know of the emitter: local, pattern, absolute, absolute-pattern"
-    # local: bearing in its frame; absolute: place and axes, as in the paper;
-    # pattern: offset, or absolute place, and the known gain as a factor.
+    emission: Emission = "auto"
+    "what points know of the emitter: auto, local, pattern, absolute, absolute-pattern"
+    # local: bearing in its frame; absolute: place and axes, as in the paper; pattern:
+    # offset, or absolute place, and the known gain as a factor; auto: by the plan.
     turning: bool = False
     "turn the rays at random in every step; few rays converge faster unturned"
     direct: bool = True
@@ -112,6 +112,7 @@ class Avr(nn.Module):
 
     def __init__(self, frame: SceneFrame, config: Config) -> None:
         super().__init__()
+        config = replace(config, emission=emission_for(config.emission))
         self.config = config
         self.absolute = config.emission.startswith("absolute")
         self.takes_source = config.emission.endswith("pattern")
@@ -390,6 +391,7 @@ class Avr(nn.Module):
 
 def fit(data: FieldData, config: Config, plan: TrainingPlan) -> DirectionalField:
     """Train an AVR field, with the reciprocity loss when the plan asks for it."""
+    config = replace(config, emission=emission_for(config.emission, plan))
     return fit_directional(Avr, data, config, plan)
 
 

@@ -12,6 +12,7 @@ from fields.data import prepare
 from fields.layers.hash_grid import HashGrid
 from fields.models import avr
 from fields.models.avr import Avr, Config
+from fields.plan import TrainingPlan
 from fields.render.bank import bank_sum
 from fields.render.compositing import compositing_weights, drawn_shells
 from fields.render.projection import causal_projection, causal_projection_plain
@@ -217,3 +218,25 @@ def test_response_is_linear_in_the_emitter_pattern(data, query, emission):
     both = network(query, None, source=2 * patterns[0] - patterns[1])
     expected = 2 * heard[0] - heard[1]
     torch.testing.assert_close(both, expected, rtol=1e-3, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("asked", "plan", "emission"),
+    [
+        ("auto", {}, "pattern"),
+        ("auto", {"exchange": "double"}, "absolute-pattern"),
+        ("auto", {"exchange": "flip"}, "absolute-pattern"),
+        ("auto", {"self_supervised": "pattern"}, "pattern"),
+        ("pattern", {"exchange": "double"}, "pattern"),
+    ],
+)
+def test_exchange_chooses_what_points_know_of_the_emitter(
+    data, tmp_path, asked, plan, emission
+):
+    config = Config(**{**SMALL, "emission": asked})
+    field = avr.fit(data, config, TrainingPlan(steps=1, batch_size=4, **plan))
+    # What was chosen is stored, not the word auto: another default breaks no file.
+    assert field.config.emission == emission
+    again = avr.load(field.save(tmp_path / "field"))
+    assert again.config.emission == emission
+    assert again.network.absolute is emission.startswith("absolute")
