@@ -51,7 +51,11 @@ def _show(table: ResultTable) -> None:
         if " vanilla" in name and name.replace(" vanilla", " exchange") in rows
     }
     _print_changes(table, "exchange against vanilla", pairs)
-    exchanged = [row for name, row in rows.items() if name.endswith(" exchange")]
+    exchanged = [
+        row
+        for name, row in rows.items()
+        if name.endswith(" exchange") and not name.startswith("nearest")
+    ]
     taught = {name: row for name, row in rows.items() if " ssl" in name}
     if exchanged and taught:
         against = {name: (exchanged[0], row) for name, row in taught.items()}
