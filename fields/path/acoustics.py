@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from fields.path.banded import in_half_octaves
 from fields.path.banded_room import BandedRoom
@@ -196,6 +197,8 @@ def _room_from(arrays: dict[str, np.ndarray]) -> FittedRoom:
     )
 
 
+# kernels multiply small matrices: BLAS threads cost more than they compute
+@threadpool_limits.wrap(limits=1, user_api="blas")
 def hear_room(
     rows: FitSet,
     *,

@@ -19,6 +19,8 @@ Render = Callable[[int], FloatArray]
 TIMES_S = 1e-3 * 2.0 ** np.arange(0, 7)
 AHEAD_S = 0.03
 """Seconds beyond the end of a row that are rendered for the smoothings."""
+WEAK = 0.1
+"""Weaker factors have nothing to fetch from there."""
 RIDGE = 1e-7
 WORTH = 0.97
 """A coloring must lower the squared error of rows it has not seen by 3 %."""
@@ -35,7 +37,7 @@ class Coloring:
         """Return what `render` gives and what the coloring adds, (rows, n_samples)."""
         if not self.factors.any():
             return render(n_samples)
-        plain = render(n_samples + self._ahead)
+        plain = render(n_samples + self.ahead)
         columns = _smoothed(plain, self.sample_rate)
         return (plain + np.tensordot(self.factors, columns, axes=1))[:, :n_samples]
 
@@ -43,12 +45,14 @@ class Coloring:
         """Return what the coloring adds to what `render` gives, (rows, n_samples)."""
         if not self.factors.any():
             return np.zeros((1, n_samples))
-        columns = _smoothed(render(n_samples + self._ahead), self.sample_rate)
+        columns = _smoothed(render(n_samples + self.ahead), self.sample_rate)
         return np.tensordot(self.factors, columns[..., :n_samples], axes=1)
 
     @property
-    def _ahead(self) -> int:
-        return round(AHEAD_S * self.sample_rate)
+    def ahead(self) -> int:
+        """Samples beyond the end of a row that are rendered for the smoothings."""
+        strong = np.abs(self.factors).max() > WEAK
+        return round(AHEAD_S * self.sample_rate) if strong else 0
 
     @classmethod
     def none(cls, sample_rate: float) -> "Coloring":
@@ -70,8 +74,10 @@ def fit_coloring(truth: FloatArray, render: Render, sample_rate: float) -> Color
     left = gap[second] - np.tensordot(half, columns[:, second], axes=1)
     if (left**2).sum() > WORTH * (gap[second] ** 2).sum():
         return none
-    further = render(n_samples + round(AHEAD_S * sample_rate))
-    columns = _smoothed(further, sample_rate)[..., :n_samples]
+    near = Coloring(_solved(columns, gap), sample_rate)
+    if not near.ahead:
+        return near
+    columns = _smoothed(render(n_samples + near.ahead), sample_rate)[..., :n_samples]
     return Coloring(_solved(columns, gap), sample_rate)
 
 

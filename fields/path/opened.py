@@ -18,6 +18,8 @@ WORTH_OPENING = 0.02
 BETTER, EXPLAINING = 0.9, 0.1
 """Room for error left, or part of what the box explains gained."""
 JUDGED_ROWS = 120
+FEW_ROWS, CLEAR = 30, 1e-3
+"""A few rows show that nothing is left to look for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,9 +41,11 @@ def open_box(
 
     The room is only taken where it tells the rows clearly better than the box.
     """
+    if rows.n_places < 2 or left_over(rows.spread(FEW_ROWS), fitted) < CLEAR:
+        return Opened(None)
     few = rows.spread(JUDGED_ROWS)
     before = left_over(few, fitted)
-    if before < WORTH_OPENING or rows.n_places < 2:
+    if before < WORTH_OPENING:
         return Opened(None)
     outline = find_outline(rows, direct, fitted)
     if outline is None:
