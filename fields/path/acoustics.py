@@ -97,12 +97,16 @@ class Acoustics:
             return told | {"walls": 0}
         if isinstance(self.fitted, FittedMesh):
             return told | self.fitted.report()
-        room = self.fitted.room
+        room, spread = self.fitted.room, self.fitted.spreads()
+        heard = room.box.heard
         return told | {
-            "walls": int(room.box.heard.sum()),
-            "planes": room.box.planes[room.box.heard].tolist(),
-            "reflection": room.walls[room.box.heard].tolist(),
+            "walls": int(heard.sum()),
+            "planes": room.box.planes[heard].tolist(),
+            "plane_sd_m": self.fitted.wall_sd()[heard].tolist(),
+            "reflection": room.walls[heard].tolist(),
+            "reflection_sd": spread[11:17][heard].tolist(),
             "speed_of_sound": float(room.speed_of_sound),
+            "speed_of_sound_sd": float(spread[9]),
             "latency_s": float(room.latency_s),
         }
 

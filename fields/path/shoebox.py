@@ -77,13 +77,19 @@ class FittedRoom:
         """Number of walls that were heard."""
         return int(self.room.box.heard.sum())
 
+    def spreads(self) -> FloatArray:
+        """Return the standard deviation of each parameter; NaN where it was held.
+
+        Three turns (rad), low and high corner (m), speed of sound (m/s), latency
+        (s; small, for the pulse takes it), six reflection factors, harmonics of the emitter's pattern.
+        """
+        told = np.full(len(self.active), np.nan)
+        told[self.active] = np.sqrt(np.clip(np.diag(self.covariance), 0, None))
+        return told
+
     def wall_sd(self) -> FloatArray:
         """Return the standard deviation of each wall's place, shape (6,), metres."""
-        spread = np.full(9, np.nan)
-        geometry = self.active[:9]
-        count = int(geometry.sum())
-        sigmas = np.sqrt(np.clip(np.diag(self.covariance)[:count], 0, None))
-        spread[geometry] = sigmas
+        spread = self.spreads()
         walls = np.stack([spread[3:6], spread[6:9]], axis=1).ravel()
         return np.where(np.isfinite(walls), walls, 0.0)
 

@@ -1,4 +1,6 @@
 # pyright: reportOptionalMemberAccess=false
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
@@ -48,8 +50,6 @@ def test_exchanging_ends_changes_nothing(heard, unseen_set):
     # with equal devices the two directions are one response
     room = heard.fitted.room
     both = np.array([3.0, 0.1, -0.4, 1.2])
-    from dataclasses import replace
-
     same = replace(room, emitting=both, listening=both)
     ends = unseen_set.emitters, unseen_set.listeners
     one = same.render(*ends, unseen_set.n_samples)
@@ -105,3 +105,18 @@ def test_one_emitter_is_enough(make_box_rows, unseen_set):
     heard = hear_room(make_box_rows(emitters=1, listeners=100))
     errors = level_errors(unseen_set.responses, predicted(heard, unseen_set))
     assert np.median(errors) < -40
+
+
+def test_spreads_hold_the_errors_of_noisy_fits(make_box_rows):
+    rows = make_box_rows(emitters=5, listeners=30)
+    noise = np.random.default_rng(3).standard_normal(rows.responses.shape)
+    noise *= 0.03 * np.sqrt((rows.responses**2).mean())
+    told = hear_room(replace(rows, responses=rows.responses + noise), late=False)
+    found = told.report()
+    planes, middle = np.array(found["planes"]), np.array([2.5, 2.0, 1.4])
+    depths = planes[:, :3] @ middle - planes[:, 3]
+    errors = np.abs(depths - [2.5, 2.5, 2.0, 2.0, 1.4, 1.4])
+    spreads = np.array(found["plane_sd_m"])
+    assert np.all(errors < 5 * spreads)
+    assert np.all(spreads < 1e-3)
+    assert abs(found["speed_of_sound"] - 343.2) < 4 * found["speed_of_sound_sd"]
