@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from fields.path.bank import PulseBank
 from fields.path.fitset import FitSet
+from fields.path.mesh_room import MeshRoom
 from fields.path.room import BoxRoom
 
 __all__ = ["Step", "fit_room", "level_errors"]
@@ -197,7 +198,7 @@ def level_errors(truth: FloatArray, answer: FloatArray) -> FloatArray:
 
 
 def fit_bank(
-    rows: FitSet, room: BoxRoom, taps: int, lead: int, ridge: float = 1e-6
+    rows: FitSet, room: BoxRoom | MeshRoom, taps: int, lead: int, ridge: float = 1e-6
 ) -> PulseBank:
     """Solve for the pulse that suits the images best.
 

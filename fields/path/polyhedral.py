@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from fields.path.bank import PulseBank, ideal_bank
 from fields.path.bent import bends, bent_sound
-from fields.path.box_fit import fit_bank
-from fields.path.coloring import Coloring, Render, fit_coloring
+from fields.path.coloring import Coloring
 from fields.path.direct import DirectSound
 from fields.path.fitset import FitSet
 from fields.path.mesh_fit import MeshStep, PlaneFit, fit_planes, squared_errors
 from fields.path.mesh_room import MeshRoom
+from fields.path.polish import polished, without_coloring
 from fields.path.polyhedron import Polyhedron
 from fields.path.room import OMNI
 from fields.path.shoebox import _below, _pattern_size
@@ -33,7 +33,6 @@ FIRST_FACTOR = 0.8
 MOST_ORDER = 16
 ORDERS = (5, 9, MOST_ORDER)
 ROUNDS = 2
-BANK_S = (0.003, 0.005)
 JUDGED_ROWS = 40
 WORTH_BENDING = 0.98
 WRONG, DOUBTFUL = 1.0, 0.85
@@ -176,10 +175,10 @@ def fit_polyhedron(
     fitted = fit_planes(few, _holding(few, room), whole, few.responses)
     few, bending = _without_bent(few, fitted.room)
     for turn in range(ROUNDS):
-        coloring, fitted = _polished(few, fitted, coloring, turn)
+        coloring, room = polished(few, fitted.room, coloring, turn, _total)
+        fitted = replace(fitted, room=room)
         if turn < ROUNDS - 1:
-            added = coloring.added(_render(few, fitted.room), few.n_samples)
-            rest = few.responses - added
+            rest = without_coloring(few, fitted.room, coloring)
             room = _holding(few, fitted.room)
             fitted = fit_planes(few, room, whole, rest)
     return FittedMesh(fitted.room.free(), coloring, fitted.plane_sd(), bending)
@@ -303,27 +302,6 @@ def _with_right_order(rows: FitSet, room: MeshRoom) -> MeshRoom:
             break
     whole = errors[-1] <= 1.02 * errors[best]
     return replace(room, order=most if whole else max(best, 1))
-
-
-def _render(rows: FitSet, room: MeshRoom) -> Render:
-    return partial(room.render, rows.emitters, rows.listeners)
-
-
-def _polished(
-    rows: FitSet, fitted: PlaneFit, coloring: Coloring, turn: int
-) -> tuple[Coloring, PlaneFit]:
-    """Fit the pulse and the coloring to the paths as they are now."""
-    room = fitted.room
-    rest = rows.responses - coloring.added(_render(rows, room), rows.n_samples)
-    taps = [round(part * rows.sample_rate) for part in BANK_S]
-    if turn == 0:
-        taps = [20, 28]
-    bank = fit_bank(replace(rows, responses=rest), room, sum(taps), taps[0])  # type: ignore[arg-type]
-    better = replace(room, bank=bank)
-    if _total(rows, better, rest) < _total(rows, room, rest):
-        room = better
-    coloring = fit_coloring(rows.responses, _render(rows, room), rows.sample_rate)
-    return coloring, replace(fitted, room=room)
 
 
 def _total(rows: FitSet, room: MeshRoom, target: FloatArray) -> float:

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,10 +9,11 @@ from numpy.typing import NDArray
 from fields.path.banded_room import BandedRoom
 from fields.path.bank import ideal_bank
 from fields.path.box import Box
-from fields.path.box_fit import Fitted, Step, fit_bank, fit_room, slow_columns
-from fields.path.coloring import Coloring, Render, fit_coloring
+from fields.path.box_fit import Step, fit_room, slow_columns
+from fields.path.coloring import Coloring
 from fields.path.direct import DirectSound
 from fields.path.fitset import FitSet
+from fields.path.polish import polished, without_coloring
 from fields.path.room import OMNI, BoxRoom
 from fields.path.tiles import Tiles
 from rir import GainPattern, Poses
@@ -31,7 +31,6 @@ LOW_ROWS, FULL_ROWS = 48, 20
 PATTERN_ORDER = 4
 ROUNDS = 2
 FIRST_FACTOR = 0.8
-BANK_S = (0.003, 0.005)
 ORDERS = 24
 
 
@@ -81,7 +80,8 @@ class FittedRoom:
         """Return the standard deviation of each parameter; NaN where it was held.
 
         Three turns (rad), low and high corner (m), speed of sound (m/s), latency
-        (s; small, for the pulse takes it), six reflection factors, harmonics of the emitter's pattern.
+        (s; small, for the pulse takes it), six reflection factors, harmonics of the
+        emitter's pattern.
         """
         told = np.full(len(self.active), np.nan)
         told[self.active] = np.sqrt(np.clip(np.diag(self.covariance), 0, None))
@@ -131,10 +131,10 @@ def fit_shoebox(
     fitted = fit_room(few, room, whole, few.responses)
     fitted = replace(fitted, room=_with_right_order(few, fitted.room))
     for turn in range(ROUNDS):
-        coloring, fitted = _polished(few, fitted, coloring, turn)
-        added = coloring.added(_render(few, fitted.room), few.n_samples)
-        rest = few.responses - added
+        coloring, room = polished(few, fitted.room, coloring, turn, _squares)
+        fitted = replace(fitted, room=room)
         if turn < ROUNDS - 1:
+            rest = without_coloring(few, fitted.room, coloring)
             fitted = fit_room(few, fitted.room, whole, rest)
             fitted = replace(fitted, room=_with_right_order(few, fitted.room))
     return FittedRoom(fitted.room, coloring, fitted.covariance, fitted.active)
@@ -199,10 +199,6 @@ def _below(responses: FloatArray, share: float) -> FloatArray:
     return np.fft.irfft(spectra, size)[:, half : half + responses.shape[1]]
 
 
-def _render(rows: FitSet, room: BoxRoom) -> Render:
-    return partial(room.render, rows.emitters, rows.listeners)
-
-
 def _rendered(rows: FitSet, room: BoxRoom) -> FloatArray:
     return room.render(rows.emitters, rows.listeners, rows.n_samples)
 
@@ -230,23 +226,6 @@ def _without_slow(responses: FloatArray, sample_rate: float) -> FloatArray:
     return responses - (responses @ slow) @ slow.T
 
 
-def _polished(
-    rows: FitSet, fitted: Fitted, coloring: Coloring, turn: int
-) -> tuple[Coloring, Fitted]:
-    """Fit the pulse and the coloring to the images as they are now."""
-    room = fitted.room
-    rest = rows.responses - coloring.added(_render(rows, room), rows.n_samples)
-    taps = [round(part * rows.sample_rate) for part in BANK_S]
-    if turn == 0:
-        taps = [20, 28]
-    bank = fit_bank(replace(rows, responses=rest), room, sum(taps), taps[0])
-    better = replace(room, bank=bank)
-    if _squares(rest, rows, better) < _squares(rest, rows, room):
-        room = better
-    coloring = fit_coloring(rows.responses, _render(rows, room), rows.sample_rate)
-    return coloring, replace(fitted, room=room)
-
-
-def _squares(target: FloatArray, rows: FitSet, room: BoxRoom) -> Any:
+def _squares(rows: FitSet, room: BoxRoom, target: FloatArray) -> float:
     gap = target - _rendered(rows, room)
-    return (_without_slow(gap, rows.sample_rate) ** 2).sum()
+    return float((_without_slow(gap, rows.sample_rate) ** 2).sum())
