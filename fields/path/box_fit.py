@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fields.path.bank import PulseBank
+from fields.path.descent import damped_step, row_weights, trust
 from fields.path.fitset import FitSet
 from fields.path.mesh_room import MeshRoom
 from fields.path.room import BoxRoom
@@ -54,16 +55,15 @@ def fit_room(rows: FitSet, room: BoxRoom, step: Step, filtered: FloatArray) -> F
     """Run one stage; `filtered` are the rows as far as the stage hears them."""
     active = _active(room, step)
     power = (filtered**2).sum(axis=1)
-    loud = power > 1e-9 * max(float(power.max(initial=0.0)), 1e-300)
-    weights = np.where(loud, 1 / (power + np.median(power) * 0.1 + 1e-300), 0.0)
+    weights = row_weights(power)
     square, right, errors = _sums(rows, room, active, filtered, weights)
     best, damping = float(weights @ errors), 1e-3
     for _ in range(step.turns):
-        trusted = weights * _trust(errors, power)
+        trusted = weights * trust(errors, power)
         square, right, _ = _sums(rows, room, active, filtered, trusted)
         before = best
         for _ in range(TRIES):
-            moved = _moved(room, _solved(square, right, active, damping))
+            moved = _moved(room, _bounded(damped_step(square, right, active, damping)))
             found = _errors(rows, moved, filtered)
             now = float(weights @ np.minimum(found, 4 * power))
             if now < best:
@@ -77,13 +77,6 @@ def fit_room(rows: FitSet, room: BoxRoom, step: Step, filtered: FloatArray) -> F
     inner = square[np.ix_(active, active)] + _prior(active, noise)
     covariance = np.linalg.pinv(inner) * noise
     return Fitted(room, covariance, active, errors)
-
-
-def _trust(errors: FloatArray, power: FloatArray) -> FloatArray:
-    """Return small weights for rows that fit far worse than most."""
-    share = errors / np.maximum(power, 1e-300)
-    middle = float(np.median(share))
-    return np.minimum(1.0, 3 * middle / np.maximum(share, 1e-12))
 
 
 def _active(room: BoxRoom, step: Step) -> NDArray[np.bool_]:
@@ -162,17 +155,8 @@ def _prior(active: NDArray[np.bool_], noise: float) -> FloatArray:
     return np.diag(noise / sigmas**2)
 
 
-def _solved(
-    square: FloatArray, right: FloatArray, active: NDArray[np.bool_], damping: float
-) -> FloatArray:
-    step = np.zeros(len(active))
-    inner = square[np.ix_(active, active)]
-    scale = np.sqrt(np.maximum(np.diag(inner), 1e-300))
-    scaled = inner / np.outer(scale, scale)
-    scaled[np.diag_indices_from(scaled)] += damping + 1e-9
-    step[active] = np.linalg.solve(scaled, right[active] / scale) / scale
-    step[:WALL] = np.clip(step[:WALL], -BOUND, BOUND)
-    return step
+def _bounded(step: FloatArray) -> FloatArray:
+    return np.concatenate([np.clip(step[:WALL], -BOUND, BOUND), step[WALL:]])
 
 
 def _moved(room: BoxRoom, step: FloatArray) -> BoxRoom:

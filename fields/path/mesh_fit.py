@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fields.path.box_fit import slow_columns
+from fields.path.descent import damped_step, row_weights, trust
 from fields.path.fitset import FitSet
 from fields.path.mesh_room import MeshRoom
 from fields.path.scan import tangents
@@ -79,19 +80,18 @@ def fit_planes(
     active = _active(room, step)
     frame = _frame(room)
     power = (filtered**2).sum(axis=1)
-    loud = power > 1e-9 * max(float(power.max(initial=0.0)), 1e-300)
-    weights = np.where(loud, 1 / (power + np.median(power) * 0.1 + 1e-300), 0.0)
+    weights = row_weights(power)
     errors = squared_errors(rows, room, filtered)
     best, damping = float(weights @ np.minimum(errors, 4 * power)), 1e-3
     square = np.zeros((len(active), len(active)))
     right = np.zeros((len(rows), len(active)))
     for _ in range(step.turns):
-        trusted = weights * _trust(errors, power)
+        trusted = weights * trust(errors, power)
         square, right = _sums(rows, room, frame, active, filtered, trusted)
         pull = right.sum(axis=0)
         before = best
         for _ in range(TRIES):
-            moved = _moved(room, frame, _solved(square, pull, active, damping))
+            moved = _moved(room, frame, damped_step(square, pull, active, damping))
             found = squared_errors(rows, moved, filtered)
             now = float(weights @ np.minimum(found, 4 * power))
             if now < best:
@@ -141,11 +141,6 @@ def squared_errors(rows: FitSet, room: MeshRoom, targets: FloatArray) -> FloatAr
     gap = targets - room.render(rows.emitters, rows.listeners, targets.shape[1])
     free = gap @ slow_columns(targets.shape[1], room.sample_rate)
     return (gap**2).sum(axis=1) - (free**2).sum(axis=1)
-
-
-def _trust(errors: FloatArray, power: FloatArray) -> FloatArray:
-    share = errors / np.maximum(power, 1e-300)
-    return np.minimum(1.0, 3 * float(np.median(share)) / np.maximum(share, 1e-12))
 
 
 def _active(room: MeshRoom, step: MeshStep) -> BoolArray:
@@ -247,18 +242,6 @@ def _sums(
     square[:, 1] *= room.sample_rate
     right[:, 1] *= room.sample_rate
     return square, right
-
-
-def _solved(
-    square: FloatArray, right: FloatArray, active: BoolArray, damping: float
-) -> FloatArray:
-    step = np.zeros(len(active))
-    inner = square[np.ix_(active, active)]
-    scale = np.sqrt(np.maximum(np.diag(inner), 1e-300))
-    scaled = inner / np.outer(scale, scale)
-    scaled[np.diag_indices_from(scaled)] += damping + 1e-9
-    step[active] = np.linalg.solve(scaled, right[active] / scale) / scale
-    return step
 
 
 def _moved(
