@@ -18,11 +18,12 @@ from typing import Any
 
 import numpy as np
 
-from fields.path.acoustics import Acoustics, hear_room
+from fields.path.acoustics import Acoustics
 from fields.path.box import assemble_box
 from fields.path.box_fit import level_errors
 from fields.path.direct import read_direct
 from fields.path.fitset import FitSet, place_numbers
+from fields.path.hearing import hear_room
 from fields.path.polyhedral import FittedMesh
 from fields.path.polyhedron import Polyhedron
 from fields.path.scan import scan_planes, scan_signals

@@ -15,9 +15,10 @@ import numpy as np
 from fields.data import FieldData
 from fields.field import paired_queries
 from fields.frame import SceneFrame
-from fields.path.acoustics import Acoustics, hear_room
+from fields.path.acoustics import Acoustics
 from fields.path.fitset import FitSet
 from fields.path.ground_plan import GroundPlan, plan_of
+from fields.path.hearing import hear_room
 from fields.path.network import Joined
 from fields.path.polyhedron import Polyhedron
 from fields.path.residual import needs_network, with_network

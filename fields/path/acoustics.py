@@ -1,46 +1,22 @@
-"""What was heard of a room, and everything that answers from it."""
+"""What answers for a room, and what it says of itself."""
 
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
-from fields.path.banded import in_half_octaves
-from fields.path.banded_room import BandedRoom
-from fields.path.bank import PulseBank
-from fields.path.box import Box, assemble_boxes
-from fields.path.coloring import Coloring
-from fields.path.direct import read_direct
-from fields.path.doubtful import doubtful_rows, doubtful_words
 from fields.path.fallback import NearestRows
-from fields.path.fitset import FitSet
-from fields.path.open_air import fit_open_air
-from fields.path.opened import open_box
-from fields.path.polyhedral import FittedMesh, fit_drawn, mesh_alarms
-from fields.path.polyhedron import Polyhedron
-from fields.path.pose_spread import pose_alarms
+from fields.path.named import part_of, prefixed
+from fields.path.polyhedral import FittedMesh
 from fields.path.rest import Rest
-from fields.path.room import MOST_IMAGES, BoxRoom
-from fields.path.scan import scan_planes, scan_signals
-from fields.path.shoebox import FittedRoom, fit_shoebox, likeliest
+from fields.path.shoebox import FittedRoom
+from fields.path.stored import room_arrays, room_from
 from rir import GainPattern, Poses
 
-__all__ = ["Acoustics", "hear_room"]
+__all__ = ["Acoustics"]
 
 FloatArray = NDArray[np.float64]
-LEAST_ROWS, LEAST_SAMPLES = 8, 64
-LEAST_CLEARNESS = 4.0
-LEAST_WALLS = 2
-JUDGED_ROWS = 60
-POOR = 0.85
-LONE, CUT = 0.02, 1.25
-BELIEVED = 0.2
-PERFECT = 10 ** (-25 / 10)
-COMPLETED_ROWS = 300
-WALL_NAMES = ("low x", "high x", "low y", "high y", "low z", "high z")
-WIDE_M = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,26 +93,26 @@ class Acoustics:
             "told": np.array(self.alarms, dtype=str),
         }
         if isinstance(self.fitted, FittedMesh):
-            arrays |= _prefixed("mesh", self.fitted.as_arrays())
+            arrays |= prefixed("mesh", self.fitted.as_arrays())
         elif self.fitted is not None:
-            arrays |= _prefixed("room", _room_arrays(self.fitted))
+            arrays |= prefixed("room", room_arrays(self.fitted))
         if self.rows is not None:
-            arrays |= _prefixed("rows", vars(self.rows))
+            arrays |= prefixed("rows", vars(self.rows))
         if self.rest is not None:
-            arrays |= _prefixed("rest", self.rest.as_arrays())
+            arrays |= prefixed("rest", self.rest.as_arrays())
         return {name: np.asarray(value) for name, value in arrays.items()}
 
     @classmethod
     def from_arrays(cls, arrays: dict[str, np.ndarray]) -> "Acoustics":
         """Rebuild what :meth:`as_arrays` returned."""
-        room, rows = _part(arrays, "room"), _part(arrays, "rows")
-        rest = _part(arrays, "rest")
+        room, rows = part_of(arrays, "room"), part_of(arrays, "rows")
+        rest = part_of(arrays, "rest")
         nearest = None
         if rows:
             rows["samples_a_metre"] = float(rows["samples_a_metre"])  # type: ignore
             nearest = NearestRows(**rows)  # type: ignore
-        mesh = _part(arrays, "mesh")
-        fitted = _room_from(room) if room else None
+        mesh = part_of(arrays, "mesh")
+        fitted = room_from(room) if room else None
         return cls(
             FittedMesh.from_arrays(mesh) if mesh else fitted,
             nearest,
@@ -144,248 +120,3 @@ class Acoustics:
             float(arrays["unexplained"]),
             [str(one) for one in arrays["told"]],
         )
-
-
-def _prefixed(prefix: str, arrays: dict[str, Any]) -> dict[str, Any]:
-    return {f"{prefix}.{name}": value for name, value in arrays.items()}
-
-
-def _part(arrays: dict[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
-    start = f"{prefix}."
-    return {k[len(start) :]: v for k, v in arrays.items() if k.startswith(start)}
-
-
-_SCALARS = ("speed_of_sound", "latency_s", "sample_rate", "reach_m")
-
-
-def _room_arrays(fitted: FittedRoom) -> dict[str, Any]:
-    room = fitted.room
-    banded = {} if fitted.banded is None else fitted.banded.as_arrays()
-    return {
-        **_prefixed("banded", banded),
-        **_prefixed("box", vars(room.box)),
-        **{name: getattr(room, name) for name in _SCALARS},
-        "order": room.order,
-        "walls": room.walls,
-        "emitting": room.emitting,
-        "listening": room.listening,
-        "taps": room.bank.taps,
-        "lead": room.bank.lead,
-        "coloring": fitted.coloring.factors,
-        "covariance": fitted.covariance,
-        "active": fitted.active,
-    } | ({} if fitted.tones is None else {"tones": fitted.tones})
-
-
-def _room_from(arrays: dict[str, np.ndarray]) -> FittedRoom:
-    scalars: dict[str, Any] = {name: float(arrays[name]) for name in _SCALARS}
-    room = BoxRoom(
-        box=Box(**_part(arrays, "box")),
-        walls=arrays["walls"],
-        emitting=arrays["emitting"],
-        listening=arrays["listening"],
-        bank=PulseBank(arrays["taps"], int(arrays["lead"])),
-        order=int(arrays["order"]),
-        **scalars,
-    )
-    coloring = Coloring(arrays["coloring"], scalars["sample_rate"])
-    parts = _part(arrays, "banded")
-    banded = BandedRoom.from_arrays(room, parts) if parts else None
-    return FittedRoom(
-        room,
-        coloring,
-        arrays["covariance"],
-        arrays["active"],
-        banded,
-        arrays.get("tones"),
-    )
-
-
-# kernels multiply small matrices: BLAS threads cost more than they compute
-@threadpool_limits.wrap(limits=1, user_api="blas")
-def hear_room(
-    rows: FitSet,
-    *,
-    scan_rows: int = 120,
-    reach_s: float = 0.12,
-    late: bool = True,
-    listening: GainPattern | None = None,
-    shape: Polyhedron | None = None,
-    emitting: GainPattern | None = None,
-    aimed: bool | None = None,
-) -> Acoustics:
-    """Find the room in the rows, fit it and complete it.
-
-    Parameters
-    ----------
-    rows : FitSet
-        Measured rows.
-    scan_rows : int
-        Rows the walls are looked for in.
-    reach_s : float
-        Longest path, seconds.
-    late : bool
-        Complete the paths with a late field.
-    listening : GainPattern, optional
-        Known pattern of the listener; omnidirectional when left out.
-    shape : Polyhedron, optional
-        The room as drawn, to some centimetres; looked for blind when left out.
-    emitting : GainPattern, optional
-        Known pattern of the emitter; used where no wall is found.
-    aimed : bool, optional
-        Whether the devices differ in pattern; found out when left out.
-    """
-    # no path is longer, so nothing behind it says where walls are
-    short = rows.cut(round(CUT * reach_s * rows.sample_rate))
-    fitted, alarms = _fitted(short, scan_rows, reach_s, listening, shape)
-    patterns = listening, emitting, aimed
-    if fitted is None:
-        return _without_room(rows, alarms, late, *patterns)
-    heard = _sounding(rows)
-    judged = heard.spread(COMPLETED_ROWS)
-    early = fitted.predict(judged.emitters, judged.listeners, rows.n_samples)
-    doubtful = doubtful_rows(judged, early)
-    alarms += doubtful_words(judged, doubtful)
-    judged, early = judged.rows(np.flatnonzero(~doubtful)), early[~doubtful]
-    loud = max(float((judged.responses**2).sum()), 1e-300)
-    unexplained = float(((judged.responses - early) ** 2).sum()) / loud
-    # where geometry says nothing it must not be believed
-    if unexplained > 1.0 - 0.1 * (1 - POOR):
-        alarms.append(
-            f"the {fitted.n_walls} planes found explain nothing of "
-            "the waveforms: none is believed"
-        )
-        return _without_room(rows, alarms, late, *patterns)
-    if isinstance(fitted, FittedRoom) and unexplained > PERFECT:
-        banded = in_half_octaves(short, fitted, judged.cut(short.n_samples))
-        if banded is not None:
-            fitted = banded
-            early = fitted.predict(judged.emitters, judged.listeners, rows.n_samples)
-            unexplained = float(((judged.responses - early) ** 2).sum()) / loud
-    alarms += _room_alarms(fitted, unexplained) + pose_alarms(rows)
-    if rows.n_places == 1 and unexplained > LONE:
-        alarms.append(
-            "heard from one emitter place only, and "
-            f"{100 * unexplained:.0f} % of the energy "
-            "is unexplained: a wall found may be the echo of two others; record a "
-            "second emitter place"
-        )
-    rest = None
-    # half octaves hold their own energies; what they leave is no late sound
-    whole = _banded(fitted) and rows.n_samples <= short.n_samples
-    if late and unexplained > (BELIEVED if whole else PERFECT):
-        late_s = _latency(fitted)
-        rest = Rest.fit(heard, judged, early, fitted, aimed=aimed, latency_s=late_s)
-        alarms += rest.alarms
-    return Acoustics(fitted, None, rest, unexplained, alarms)
-
-
-def _banded(fitted: FittedRoom | FittedMesh) -> bool:
-    return isinstance(fitted, FittedRoom) and fitted.banded is not None
-
-
-def _fitted(
-    rows: FitSet,
-    scan_rows: int,
-    reach_s: float,
-    listening: GainPattern | None,
-    shape: Polyhedron | None,
-) -> tuple[FittedRoom | FittedMesh | None, list[str]]:
-    if len(rows) < LEAST_ROWS or rows.n_samples < LEAST_SAMPLES:
-        return None, [
-            f"{len(rows)} responses of {rows.n_samples} samples are too few to look "
-            f"for walls in; at least {LEAST_ROWS} of {LEAST_SAMPLES} are needed"
-        ]
-    rows = _sounding(rows)
-    if len(rows) < LEAST_ROWS:
-        return None, ["too few responses hold sound and stand apart from their emitter"]
-    direct = read_direct(rows)
-    if direct.clearness < LEAST_CLEARNESS:
-        return None, [
-            "no direct sound stands where the poses say; check poses, their units "
-            "and the latency: no walls are looked for"
-        ]
-    alarms = []
-    if shape is not None:
-        drawn, alarms = fit_drawn(rows, direct, shape, reach_s, listening)
-        if drawn is not None:
-            return drawn, alarms
-    signals = scan_signals(rows.spread(scan_rows), direct)
-    boxes = assemble_boxes(signals, scan_planes(signals))
-    boxes = [box for box in boxes if box.heard.sum() >= LEAST_WALLS]
-    if not boxes:
-        alarms.append("no walls were found: nothing reflects as a plane would")
-        return None, alarms
-    try:
-        box = likeliest(rows, direct, boxes)
-        fitted = fit_shoebox(rows, direct, box, _longest(rows, box, reach_s), listening)
-    except np.linalg.LinAlgError:
-        alarms.append("the fit of the walls found did not come to an end")
-        return None, alarms
-    opened = open_box(rows, direct, fitted, reach_s, listening)
-    return opened.fitted or fitted, alarms + opened.alarms
-
-
-def _longest(rows: FitSet, box: Box, reach_s: float) -> float:
-    """Return the longest path worth listing, metres."""
-    volume = float(np.prod(np.minimum(box.high - box.low, 60.0)))
-    dense = (MOST_IMAGES * 3 * volume / (4 * np.pi)) ** (1 / 3)
-    return float(min(reach_s * rows.speed_of_sound, dense))
-
-
-def _without_room(
-    rows: FitSet,
-    alarms: list[str],
-    late: bool,
-    listening: GainPattern | None,
-    emitting: GainPattern | None,
-    aimed: bool | None,
-) -> Acoustics:
-    """Answer from direct sounds and rows, or where none is sure from rows alone."""
-    heard = _sounding(rows)
-    direct = read_direct(heard) if len(heard) >= LEAST_ROWS else None
-    if direct is None or direct.clearness < LEAST_CLEARNESS or not late:
-        alarms.append("the nearest response is answered")
-        return Acoustics(None, NearestRows.of(rows), None, 1.0, alarms)
-    air = fit_open_air(heard, direct, listening, emitting)
-    judged = heard.spread(COMPLETED_ROWS)
-    early = air.predict(judged.emitters, judged.listeners, rows.n_samples)
-    latency = direct.latency_s
-    rest = Rest.fit(heard, judged, early, air, aimed=aimed, latency_s=latency)
-    alarms += ["direct sounds, interpolated rows and late sound answer", *rest.alarms]
-    return Acoustics(air, None, rest, 1.0, alarms)
-
-
-def _sounding(rows: FitSet) -> FitSet:
-    """Return the rows that hold sound and whose ends stand apart."""
-    if rows.n_samples < LEAST_SAMPLES:
-        return rows.rows(np.arange(0))
-    power = (rows.responses**2).sum(axis=1)
-    loud = power > 1e-12 * max(float(power.max(initial=0.0)), 1e-300)
-    return rows.rows(np.flatnonzero(loud & (rows.distances > WIDE_M)))
-
-
-def _latency(fitted: FittedRoom | FittedMesh) -> float:
-    room = getattr(fitted, "room", fitted)
-    return float(getattr(room, "latency_s", 0.0))
-
-
-def _room_alarms(fitted: FittedRoom | FittedMesh, unexplained: float) -> list[str]:
-    if isinstance(fitted, FittedMesh):
-        return mesh_alarms(fitted, unexplained)
-    alarms = []
-    heard = fitted.room.box.heard
-    if not heard.all():
-        names = [WALL_NAMES[k] for k in np.flatnonzero(~heard)]
-        alarms.append(f"walls unseen by the data: {', '.join(names)}; none is invented")
-    if unexplained > POOR:
-        alarms.append(
-            f"paths explain only {100 * (1 - unexplained):.0f} % of the energy: this "
-            "room is not a box, or the poses are off"
-        )
-    spread = fitted.wall_sd()
-    for wall in np.flatnonzero(heard & (spread > WIDE_M)):
-        alarms.append(
-            f"wall {WALL_NAMES[wall]} is known to {1000 * spread[wall]:.0f} mm only"
-        )
-    return alarms

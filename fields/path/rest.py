@@ -18,6 +18,7 @@ from fields.path.completion import Completion
 from fields.path.fitset import FitSet
 from fields.path.launch import Launch
 from fields.path.mixture import mix, mixing_weights
+from fields.path.named import part_of
 from fields.path.open_air import directivity
 from fields.path.proof import Proof, prove
 from fields.path.tiles import Tiles
@@ -173,12 +174,12 @@ class Rest:
     @classmethod
     def from_arrays(cls, arrays: dict[str, np.ndarray]) -> "Rest":
         """Rebuild what :meth:`as_arrays` returned."""
-        rows, launch = _part(arrays, "rows"), _part(arrays, "launch")
+        rows, launch = part_of(arrays, "rows"), part_of(arrays, "launch")
         return cls(
             AlignedRows(**_with_scalars(rows)) if rows else None,  # type: ignore
             bool(arrays["aimed"]),
             arrays["weights"],
-            Completion.from_arrays(_part(arrays, "late")),
+            Completion.from_arrays(part_of(arrays, "late")),
             Launch(**_with_scalars(launch)) if launch else None,  # type: ignore
             Proof(json.loads(str(arrays["proof"]))),
             [str(one) for one in arrays["alarms"]],
@@ -198,11 +199,6 @@ def _candidates(
     rows = np.zeros_like(mixture)
     rows[1] = 1.0
     return found | {"rows": rows}
-
-
-def _part(arrays: dict[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
-    start = f"{prefix}."
-    return {k[len(start) :]: v for k, v in arrays.items() if k.startswith(start)}
 
 
 def _with_scalars(arrays: dict[str, np.ndarray]) -> dict[str, Any]:

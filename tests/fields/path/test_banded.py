@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from fields.path.acoustics import Acoustics, hear_room
+from fields.path.acoustics import Acoustics
 from fields.path.band_fit import _moved, _sums, hear_bands
 from fields.path.banded import start_banded
 from fields.path.bank import ideal_bank
@@ -10,6 +10,7 @@ from fields.path.box import Box
 from fields.path.box_fit import level_errors
 from fields.path.direct import read_direct
 from fields.path.half_octaves import HalfOctaves
+from fields.path.hearing import hear_room
 from fields.path.room import OMNI, BoxRoom
 
 WALLS = np.array([0.9, 0.8, 0.85, 0.8, 0.7, 0.85])

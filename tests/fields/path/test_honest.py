@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from fields.path.acoustics import hear_room
 from fields.path.fitset import place_numbers
+from fields.path.hearing import hear_room
 from fields.path.proof import prove
 from rir import Poses
 

@@ -7,9 +7,10 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from fields import load_field, train
-from fields.path.acoustics import Acoustics, hear_room
+from fields.path.acoustics import Acoustics
 from fields.path.aligned import AlignedRows
 from fields.path.fitset import FitSet, place_numbers
+from fields.path.hearing import hear_room
 from fields.path.launch import Launch
 from fields.path.mixture import mix, mixing_weights
 from fields.path.network import held_out_rows, train_network

@@ -5,10 +5,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from fields.path.acoustics import Acoustics, hear_room
+from fields.path.acoustics import Acoustics
 from fields.path.bank import ideal_bank
 from fields.path.box import Box
 from fields.path.box_fit import Step, _active, _sums, level_errors
+from fields.path.hearing import hear_room
 from fields.path.room import OMNI, BoxRoom
 
 WALLS = np.array([0.9, 0.8, 0.85, 0.8, 0.7, 0.85])
