@@ -109,7 +109,8 @@ def fit_walls(
 
 def tuned(data: BandData, banded: BandedRoom, band: int) -> BandedRoom:
     """Return the room with one band's level and phase put right."""
-    told = banded.envelopes(data.emitters, data.listeners, banded.kernels(data.weight))
+    kernels, alone = banded.kernels(data.weight), np.arange(banded.grid.bands) == band
+    told = banded.envelopes(data.emitters, data.listeners, kernels, alone)
     first = int(banded.grid.starts[band])
     here = slice(first, first + int(banded.grid.lengths[band]))
     weights = 1 / (data.power[:, band] + 0.1 * np.median(data.power[:, band]))

@@ -166,9 +166,9 @@ def _compared(live, targets, jacobian, model):
 def render_bands(
     emitters, listeners, turns, hearing, low, high, scale, latency, reach, walls,
     angled, loss, emitting, listening, least, most, starts, lengths, turn, rates, taps,
-    widths, room_for, out,
+    widths, room_for, chosen, out,
 ):  # fmt: skip
-    """Add the images of all rows to envelopes, shape (rows, total)."""
+    """Add the images of all rows to the `chosen` bands of (rows, total) envelopes."""
     away, lattice = np.empty((room_for, 4)), np.empty((room_for, 6))
     counts = np.empty((room_for, 6), dtype=np.int64)
     leaving = np.empty((room_for, emitting.shape[1]))
@@ -180,9 +180,12 @@ def render_bands(
             high, reach, least, most, away, lattice, counts, leaving, arriving,
         )  # fmt: skip
         for band in range(len(starts)):
+            if not chosen[band]:
+                continue
+            size = lengths[band]
             width = widths[band]
             lead = width // 2 - 1
-            here = out[row, starts[band] : starts[band] + lengths[band]]
+            here = out[row, starts[band] : starts[band] + size]
             for n in range(found):
                 length = away[n, 3]
                 gain = np.exp(-loss[band] * length) / length
@@ -197,11 +200,14 @@ def render_bands(
                 fine = (place - base) * fractions
                 step = int(fine)
                 part = fine - step
-                start = base - lead
+                m = (base - lead) % size
                 for tap in range(width):
                     shape = taps[band, step, tap]
                     shape += part * (taps[band, step + 1, tap] - shape)
-                    here[(start + tap) % lengths[band]] += value * shape
+                    here[m] += value * shape
+                    m += 1
+                    if m == size:
+                        m = 0
 
 
 @njit(cache=True, fastmath=True)

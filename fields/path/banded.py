@@ -254,7 +254,7 @@ def _ringing(data: BandData, banded: BandedRoom) -> BandedRoom:
         walls = np.where(deep[:, None], share * banded.walls.real, banded.walls.real)
         tried = replace(banded, walls=walls + 1j * banded.walls.imag)
         kernels = tried.kernels(data.weight)
-        told = tried.envelopes(data.emitters, data.listeners, kernels)
+        told = tried.envelopes(data.emitters, data.listeners, kernels, deep)
         found.append(_lateness(told, banded.grid)[deep])
     found = np.array(found)
     best = np.array(

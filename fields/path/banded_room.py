@@ -66,11 +66,20 @@ class BandedRoom:
         return self.grid.joined(self.envelopes(emitters, listeners, kernels))
 
     def envelopes(
-        self, emitters: Poses, listeners: Poses, kernels: Kernels
+        self,
+        emitters: Poses,
+        listeners: Poses,
+        kernels: Kernels,
+        chosen: NDArray[np.bool_] | None = None,
     ) -> ComplexArray:
-        """Return what the kernels make of all images, shape (rows, total)."""
+        """Return what the kernels make of all images, shape (rows, total).
+
+        Bands that are not `chosen` stay silent.
+        """
         from fields.path.band_kernel import render_bands
 
+        if chosen is None:
+            chosen = np.ones(self.grid.bands, dtype=bool)
         out = np.zeros((len(emitters), self.grid.total), dtype=np.complex128)
         add: Any = render_bands
         add(
@@ -78,6 +87,7 @@ class BandedRoom:
             *self.inside(),
             *_parts(kernels),
             most_images(self),
+            chosen,
             out,
         )
         return out

@@ -5,7 +5,7 @@ so that an image costs a dozen taps a band whatever the sample rate.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -150,20 +150,26 @@ class HalfOctaves:
 
     def kernels(self, weight: FloatArray) -> Kernels:
         """Return arrivals of a source of spectrum `weight`, shape (bins,)."""
-        fractions = np.arange(FRACTIONS + 1) / FRACTIONS
-        shape = self.bands, FRACTIONS + 1, MOST_TAPS
-        taps, slopes = np.zeros(shape, complex), np.zeros(shape, complex)
-        widths = np.where(self.lengths <= MOST_TAPS, self.lengths, TAPS)
-        for band, (first, last) in enumerate(self.spans.tolist()):
-            length, bins = int(self.lengths[band]), np.arange(first, last)
-            mine = self.masks[band, first:last] * weight[first:last] / length
-            phase = 2j * np.pi * (bins - self.middles[band]) / length
-            width = int(widths[band])
-            at = np.arange(width) - width // 2 + 1 - fractions[:, None]
-            wave = np.exp(phase * at[..., None])
-            taps[band, :, :width] = wave @ mine
-            slope = mine * (-2j * np.pi * bins / self.size)
-            slopes[band, :, :width] = wave @ slope
-        turns = 2 * np.pi * self.middles / self.size
-        rates = self.lengths / self.size
-        return Kernels(self.starts, self.lengths, turns, rates, taps, slopes, widths)
+        return _arrivals(self, np.asarray(weight, dtype=np.float64).tobytes())
+
+
+@lru_cache(maxsize=4)
+def _arrivals(grid: HalfOctaves, weights: bytes) -> Kernels:
+    weight = np.frombuffer(weights)
+    fractions = np.arange(FRACTIONS + 1) / FRACTIONS
+    shape = grid.bands, FRACTIONS + 1, MOST_TAPS
+    taps, slopes = np.zeros(shape, complex), np.zeros(shape, complex)
+    widths = np.where(grid.lengths <= MOST_TAPS, grid.lengths, TAPS)
+    for band, (first, last) in enumerate(grid.spans.tolist()):
+        length, bins = int(grid.lengths[band]), np.arange(first, last)
+        mine = grid.masks[band, first:last] * weight[first:last] / length
+        phase = 2j * np.pi * (bins - grid.middles[band]) / length
+        width = int(widths[band])
+        at = np.arange(width) - width // 2 + 1 - fractions[:, None]
+        wave = np.exp(phase * at[..., None])
+        taps[band, :, :width] = wave @ mine
+        slope = mine * (-2j * np.pi * bins / grid.size)
+        slopes[band, :, :width] = wave @ slope
+    turns = 2 * np.pi * grid.middles / grid.size
+    rates = grid.lengths / grid.size
+    return Kernels(grid.starts, grid.lengths, turns, rates, taps, slopes, widths)
