@@ -14,7 +14,7 @@ from fields.path.bank import PulseBank
 from fields.path.descent import damped_step, row_weights, trust
 from fields.path.fitset import FitSet
 from fields.path.mesh_room import MeshRoom
-from fields.path.room import BoxRoom
+from fields.path.room import FRONT, BoxRoom
 
 __all__ = ["Step", "fit_room", "level_errors"]
 
@@ -196,15 +196,9 @@ def fit_bank(
     cross = np.zeros((moments, size))
     fade = _fade(n)
     weights = 1 / np.maximum((rows.responses**2).sum(axis=1), 1e-300)
-    unit = [
-        PulseBank(np.ascontiguousarray(np.eye(moments)[:, k : k + 1]), lead)
-        for k in range(moments)
-    ]
     spectra_auto = np.zeros((moments, moments, size // 2 + 1), dtype=complex)
     spectra_cross = np.zeros((moments, size // 2 + 1), dtype=complex)
-    grids = np.empty((moments, len(rows), n))
-    for k, one in enumerate(unit):
-        grids[k] = room.render(rows.emitters, rows.listeners, n, one)
+    grids = _grids(rows, room, lead)
     weights = np.sqrt(weights)[:, None] * fade
     hertz = np.arange(size // 2 + 1) * room.sample_rate / size
     quick = np.sin(0.5 * np.pi * np.clip(hertz / (2 * SLOW_HZ), 0, 1)) ** 2
@@ -229,6 +223,17 @@ def fit_bank(
     flat[np.diag_indices_from(flat)] += ridge * trace
     solved = np.linalg.solve(flat, right).astype(np.float64)
     return PulseBank(np.ascontiguousarray(solved.reshape(moments, taps)), lead)
+
+
+def _grids(rows: FitSet, room: BoxRoom | MeshRoom, lead: int) -> FloatArray:
+    """Return what each moment's first tap multiplies, (moments, rows, n)."""
+    ends, n = (rows.emitters, rows.listeners), rows.n_samples
+    if isinstance(room, BoxRoom):
+        late = FRONT + lead
+        grid = room.moments(*ends, late + n, n)[:, :, late:]
+        return np.ascontiguousarray(grid.swapaxes(0, 1))
+    unit = np.eye(room.bank.taps.shape[0])[:, :, None]
+    return np.array([room.render(*ends, n, PulseBank(tap, lead)) for tap in unit])
 
 
 def _fade(n: int) -> FloatArray:

@@ -46,6 +46,9 @@ def _order_of(count):
 @njit(cache=True, fastmath=True)
 def _gain(turn, x, y, z, coefficients, basis):
     """Return a pattern's gain towards a room direction; fills its harmonics."""
+    if len(coefficients) == 1:
+        basis[0] = sqrt(0.25 / pi)
+        return coefficients[0] * basis[0]
     a = turn[0, 0] * x + turn[0, 1] * y + turn[0, 2] * z
     b = turn[1, 0] * x + turn[1, 1] * y + turn[1, 2] * z
     c = turn[2, 0] * x + turn[2, 1] * y + turn[2, 2] * z

@@ -13,6 +13,10 @@ __all__ = ["BoxRoom", "turns_of"]
 
 FloatArray = NDArray[np.float64]
 MOST_IMAGES = 6000
+LONG_TAPS, ROWS_AT_ONCE = 64, 16
+"""Longer pulses are rendered by moments."""
+FRONT = 32
+"""Samples before the first, for latencies below zero."""
 OMNI = np.array([np.sqrt(4 * np.pi)])
 
 
@@ -64,6 +68,8 @@ class BoxRoom:
         from fields.path.lattice_kernel import render_rows
 
         chosen = bank or self.bank
+        if chosen.taps.shape[1] > LONG_TAPS:
+            return self._by_moments(emitters, listeners, n_samples, chosen)
         out = np.zeros((len(emitters), n_samples))
         render_rows(
             *self.ends(emitters, listeners),
@@ -77,6 +83,63 @@ class BoxRoom:
             self.order,
             out,
         )
+        return out
+
+    def moments(
+        self, emitters: Poses, listeners: Poses, n_grid: int, n_samples: int
+    ) -> FloatArray:
+        """Return all images by the moments of their arrivals' fractions.
+
+        Parameters
+        ----------
+        emitters, listeners : Poses
+            The ends of the rows.
+        n_grid : int
+            Length of the grid, which starts at sample -FRONT.
+        n_samples : int
+            Length of the responses, for the reach.
+
+        Returns
+        -------
+        ndarray, shape (rows, moments, n_grid)
+        """
+        from fields.path.grid_kernel import lay_rows
+
+        low, high, scale, latency, reach = self.geometry(n_samples)
+        grid = np.zeros((len(emitters), self.bank.taps.shape[0], n_grid))
+        lay_rows(
+            *self.ends(emitters, listeners),
+            low,
+            high,
+            scale,
+            latency + FRONT,
+            reach,
+            self.walls,
+            self.emitting,
+            self.listening,
+            self.least,
+            self.order,
+            grid,
+        )
+        return grid
+
+    def _by_moments(
+        self, emitters: Poses, listeners: Poses, n_samples: int, bank: PulseBank
+    ) -> FloatArray:
+        """Render through a filter a moment, a few rows at a time."""
+        from scipy.fft import irfft, next_fast_len, rfft
+
+        out = np.empty((len(emitters), n_samples))
+        taps, lead = bank.taps.shape[1], bank.lead + FRONT
+        n_grid = n_samples + lead
+        size = next_fast_len(n_grid + taps, real=True)
+        shape = np.asarray(rfft(bank.taps, size))
+        for start in range(0, len(emitters), ROWS_AT_ONCE):
+            some = slice(start, start + ROWS_AT_ONCE)
+            grid = self.moments(emitters[some], listeners[some], n_grid, n_samples)
+            spectra = np.asarray(rfft(grid, size))
+            sound = np.asarray(irfft(np.einsum("rmf,mf->rf", spectra, shape), size))
+            out[some] = sound[:, lead : lead + n_samples]
         return out
 
     def ends(

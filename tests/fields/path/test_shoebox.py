@@ -6,7 +6,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from fields.path.acoustics import Acoustics
-from fields.path.bank import ideal_bank
+from fields.path.bank import PulseBank, ideal_bank
 from fields.path.box import Box
 from fields.path.box_fit import Step, _active, _sums, level_errors
 from fields.path.hearing import hear_room
@@ -121,3 +121,15 @@ def test_spreads_hold_the_errors_of_noisy_fits(make_box_rows):
     assert np.all(errors < 5 * spreads)
     assert np.all(spreads < 1e-3)
     assert abs(found["speed_of_sound"] - 343.2) < 4 * found["speed_of_sound_sd"]
+
+
+def test_long_pulses_rendered_by_moments_are_the_same_sound(box_set, heard):
+    rng = np.random.default_rng(5)
+    few = box_set.rows(np.arange(0, 120, 9))
+    room = replace(heard.fitted.room, latency_s=-3 / few.sample_rate)
+    long = PulseBank(rng.standard_normal((8, 100)), 30)
+    parts = [PulseBank(long.taps[:, k : k + 50].copy(), 30 - k) for k in (0, 50)]
+    ends = few.emitters, few.listeners, few.n_samples
+    whole = sum(room.render(*ends, part) for part in parts)
+    gap = np.abs(room.render(*ends, long) - whole)[:, :-40].max()
+    assert gap < 1e-11 * np.abs(whole).max()
