@@ -89,7 +89,10 @@ def fit_walls(
     damping = np.full(banded.grid.bands, FIRST_DAMPING)
     held = None
     for turn in range(turns + 1):
-        square, right, misfit = _sums(data, banded, weights, chosen)
+        last = turn == turns
+        square, right, misfit = _sums(
+            data, banded, weights, chosen, curved=not last, sloped=not last
+        )
         now = (weights * misfit).sum(axis=0)
         better = now < lowest
         banded = _chosen(better, banded, best)
@@ -99,7 +102,7 @@ def fit_walls(
         damping = np.where(better, damping / 5, damping * 10)
         lowest = np.minimum(now, lowest)
         best, held = banded, (square, right)
-        if turn == turns:
+        if last:
             break
         noise = lowest / (2 * len(weights) * wide)
         step = _steps(square, right, noise, damping, start, banded)
@@ -128,8 +131,12 @@ def _sums(
     banded: BandedRoom,
     weights: FloatArray,
     chosen: NDArray[np.bool_],
+    *,
+    curved: bool = True,
+    sloped: bool = True,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    from fields.path.band_kernel import accumulate_bands
+    """Return curvature, slope and misfit of each band."""
+    from fields.path.band_sums import accumulate_bands
 
     count = _columns(banded)
     bands = banded.grid.bands
@@ -144,6 +151,8 @@ def _sums(
         most_images(banded),
         data.live,
         chosen,
+        curved,
+        sloped,
         data.targets,
         weights,
         square,

@@ -1,4 +1,4 @@
-"""Mirror images of a box in half octaves and their derivatives, compiled.
+"""Mirror images of a box in half octaves, and how they move, compiled.
 
 A wall reflects by its admittance b over that of air, R = (cos - b) / (cos + b), or by
 one factor at all angles. The same image serves all bands, so images are listed first.
@@ -9,6 +9,14 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
+from fields.path.band_arrivals import (
+    BITS,
+    add_arrivals,
+    bounce,
+    folded,
+    place_arrivals,
+    planar,
+)
 from fields.path.lattice_kernel import (
     NEAREST_M,
     _counts,
@@ -17,7 +25,7 @@ from fields.path.lattice_kernel import (
     harmonics,
 )
 
-__all__ = ["accumulate_bands", "accumulate_places", "render_bands"]
+__all__ = ["accumulate_places", "render_bands"]
 
 LOSS, PHASE, PATTERN = 12, 13, 14
 """Columns of a band: walls (real and imaginary by turns), air, phase, patterns."""
@@ -173,143 +181,37 @@ def render_bands(
     counts = np.empty((room_for, 6), dtype=np.int64)
     leaving = np.empty((room_for, emitting.shape[1]))
     arriving = np.empty((room_for, listening.shape[1]))
+    cosines, bounces = np.empty((3, room_for)), np.empty((3, 2 + BITS, room_for))
+    mirrored, values = np.empty((4, room_for)), np.empty(room_for, dtype=np.complex128)
+    places, parts = np.empty((room_for, 2), dtype=np.int64), np.empty(room_for)
     fractions = taps.shape[1] - 1
+    shapes, wide = planar(taps, widths)
+    spare = np.empty((2, lengths.max() + shapes.shape[3]))
     for row in range(len(emitters)):
         found = list_images(
             emitters[row] - low, listeners[row] - low, turns[row], hearing[row], low,
             high, reach, least, most, away, lattice, counts, leaving, arriving,
         )  # fmt: skip
+        bits = bounce(found, away, counts, cosines, bounces)
         for band in range(len(starts)):
             if not chosen[band]:
                 continue
             size = lengths[band]
-            width = widths[band]
-            lead = width // 2 - 1
-            here = out[row, starts[band] : starts[band] + size]
+            place_arrivals(
+                found, away, cosines, bounces, bits, walls[band], angled, loss[band],
+                scale, latency, turn[band], rates[band], size, widths[band] // 2 - 1,
+                fractions, mirrored, values, places, parts,
+            )  # fmt: skip
+            said = np.dot(leaving[:found], emitting[band])
+            heard = np.dot(arriving[:found], listening[band])
             for n in range(found):
-                length = away[n, 3]
-                gain = np.exp(-loss[band] * length) / length
-                gain *= _dot(emitting[band], leaving[n])
-                gain *= _dot(listening[band], arriving[n])
-                at = length * scale + latency
-                angle = turn[band] * at
-                value = _walls(walls[band], angled, away[n], counts[n])
-                value *= gain * complex(np.cos(angle), -np.sin(angle))
-                place = at * rates[band]
-                base = int(np.floor(place))
-                fine = (place - base) * fractions
-                step = int(fine)
-                part = fine - step
-                m = (base - lead) % size
-                for tap in range(width):
-                    shape = taps[band, step, tap]
-                    shape += part * (taps[band, step + 1, tap] - shape)
-                    here[m] += value * shape
-                    m += 1
-                    if m == size:
-                        m = 0
-
-
-@njit(cache=True, fastmath=True)
-def accumulate_bands(
-    emitters, listeners, turns, hearing, low, high, scale, latency, reach, walls,
-    angled, loss, emitting, listening, least, most, starts, lengths, turn, rates, taps,
-    widths, room_for, live, chosen, targets, weights, square, right, misfit,
-):  # fmt: skip
-    """Add up normal equations of every band's walls, air, phase and patterns.
-
-    Parameters
-    ----------
-    live : ndarray of bool, shape (total,)
-        Envelope samples that count.
-    chosen : ndarray of bool, shape (bands,)
-        Bands that are looked at.
-    targets : ndarray, shape (rows, total)
-        Complex envelopes.
-    weights : ndarray, shape (rows, bands)
-        Weight of each squared error.
-    square, right, misfit : ndarray
-        Filled, shapes (bands, P, P), (bands, P) and (rows, bands).
-    """
-    away, lattice = np.empty((room_for, 4)), np.empty((room_for, 6))
-    counts = np.empty((room_for, 6), dtype=np.int64)
-    said, heard = emitting.shape[1], listening.shape[1]
-    leaving, arriving = np.empty((room_for, said)), np.empty((room_for, heard))
-    fractions = taps.shape[1] - 1
-    columns = PATTERN + said + (heard if heard > 1 else 0)
-    terms = np.empty((2, 2 * columns))
-    spare = np.empty((lengths.max(), 2 * columns))
-    told = np.empty((lengths.max(), 2))
-    real, imag = terms[0, :columns], terms[0, columns:]
-    square[:], right[:], misfit[:] = 0.0, 0.0, 0.0
-    for row in range(len(emitters)):
-        found = list_images(
-            emitters[row] - low, listeners[row] - low, turns[row], hearing[row], low,
-            high, reach, least, most, away, lattice, counts, leaving, arriving,
-        )  # fmt: skip
-        for band in range(len(starts)):
-            if not chosen[band]:
-                continue
-            size = lengths[band]
-            width = widths[band]
-            lead = width // 2 - 1
-            jacobian, model = spare[:size], told[:size]
-            jacobian[:], model[:] = 0.0, 0.0
-            for n in range(found):
-                length = away[n, 3]
-                bare = np.exp(-loss[band] * length) / length
-                leave = _dot(emitting[band], leaving[n])
-                arrive = _dot(listening[band], arriving[n])
-                at = length * scale + latency
-                angle = turn[band] * at
-                value = _walls(walls[band], angled, away[n], counts[n])
-                value *= bare * complex(np.cos(angle), -np.sin(angle))
-                whole = value * leave * arrive
-                real[:PATTERN], imag[:PATTERN] = 0.0, 0.0
-                for wall in range(6):
-                    if counts[n, wall] > 0:
-                        one = walls[band, wall]
-                        if angled:
-                            cosine = abs(away[n, wall // 2]) / length
-                            change = -2.0 * cosine / (cosine * cosine - one * one)
-                        else:
-                            change = 1.0 / one
-                        change *= whole * counts[n, wall]
-                        real[2 * wall], imag[2 * wall] = change.real, change.imag
-                        real[2 * wall + 1] = -change.imag
-                        imag[2 * wall + 1] = change.real
-                real[LOSS], imag[LOSS] = -length * whole.real, -length * whole.imag
-                real[PHASE], imag[PHASE] = -whole.imag, whole.real
-                for k in range(said):
-                    gain = arrive * leaving[n, k]
-                    real[PATTERN + k] = value.real * gain
-                    imag[PATTERN + k] = value.imag * gain
-                if heard > 1:
-                    for k in range(heard):
-                        gain = leave * arriving[n, k]
-                        real[PATTERN + said + k] = value.real * gain
-                        imag[PATTERN + said + k] = value.imag * gain
-                _complete(terms)
-                place = at * rates[band]
-                base = int(np.floor(place))
-                fine = (place - base) * fractions
-                step = int(fine)
-                part = fine - step
-                for tap in range(width):
-                    shape = taps[band, step, tap]
-                    shape += part * (taps[band, step + 1, tap] - shape)
-                    a, b = shape.real, shape.imag
-                    m = (base - lead + tap) % size
-                    model[m, 0] += a * whole.real - b * whole.imag
-                    model[m, 1] += a * whole.imag + b * whole.real
-                    _add_turned(jacobian[m], terms, a, b)
-            here = slice(starts[band], starts[band] + size)
-            weight = weights[row, band]
-            misfit[row, band] = _compared(
-                live[here], targets[row, here], jacobian, model
-            )
-            if weight > 0.0:
-                _folded(jacobian, model, weight, square[band], right[band])
+                values[n] *= said[n] * heard[n]
+            here = spare[:, : size + shapes.shape[3]]
+            here[:] = 0.0
+            add_arrivals(found, values, places, parts, shapes[band], wide[band], here)
+            folded(here, size)
+            for m in range(size):
+                out[row, starts[band] + m] += complex(here[0, m], here[1, m])
 
 
 @njit(cache=True, fastmath=True)
