@@ -13,6 +13,7 @@ from fields.path.direct import DirectSound, read_direct
 from fields.path.fitset import FitSet
 from fields.path.half_octaves import HalfOctaves
 from fields.path.room import OMNI, BoxRoom
+from fields.path.scatter_fit import with_scatterers
 from fields.path.shoebox import FittedRoom
 from fields.path.tiles import Tiles
 from rir import Poses
@@ -106,7 +107,7 @@ def fit_banded(
         data = heard.moved(data.emitters, data.listeners)
         banded, _ = fit_walls(data, banded, 2, chosen=centers > DEEP_HZ)
         banded = _deepened(data, banded)
-    banded = _ringing(data, banded)
+    banded = with_scatterers(data, _ringing(data, banded))
     banded = _equalised(rows, data.emitters, data.listeners, banded)
     return _levelled(rows, data, banded)
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from fields.path.half_octaves import HalfOctaves, Kernels
 from fields.path.room import MOST_IMAGES, BoxRoom
+from fields.path.scatterers import Scatterers
 from rir import Poses
 
 __all__ = ["BandedRoom", "Ends"]
@@ -39,6 +40,8 @@ class BandedRoom:
         Patterns of the devices in their own frames.
     source : ndarray, shape (bins,)
         Complex spectrum of an arrival at 1 m.
+    scatterers : Scatterers, optional
+        Small objects.
     """
 
     room: BoxRoom
@@ -50,9 +53,10 @@ class BandedRoom:
     emitting: FloatArray
     listening: FloatArray
     source: ComplexArray
+    scatterers: Scatterers | None = None
 
     def render(self, emitters: Poses, listeners: Poses, n_samples: int) -> FloatArray:
-        """Return the sum of all images, shape (rows, n_samples)."""
+        """Return the sum of all paths, shape (rows, n_samples)."""
         spectra = self.images(emitters, listeners) * self.source
         sound = np.fft.irfft(spectra, self.grid.size)[:, : self.grid.n_samples]
         out = np.zeros((len(emitters), n_samples))
@@ -61,7 +65,7 @@ class BandedRoom:
         return out
 
     def images(self, emitters: Poses, listeners: Poses) -> ComplexArray:
-        """Return the spectra of all images of a flat source, shape (rows, bins)."""
+        """Return the spectra of all paths of a flat source, shape (rows, bins)."""
         kernels = self.kernels(np.ones(len(self.grid.hertz)))
         return self.grid.joined(self.envelopes(emitters, listeners, kernels))
 
@@ -72,7 +76,7 @@ class BandedRoom:
         kernels: Kernels,
         chosen: NDArray[np.bool_] | None = None,
     ) -> ComplexArray:
-        """Return what the kernels make of all images, shape (rows, total).
+        """Return what the kernels make of all paths, shape (rows, total).
 
         Bands that are not `chosen` stay silent.
         """
@@ -90,6 +94,8 @@ class BandedRoom:
             chosen,
             out,
         )
+        if self.scatterers is not None:
+            self.scatterers.add(self, emitters, listeners, kernels, chosen, out)
         return out
 
     def kernels(self, weight: FloatArray) -> Kernels:
@@ -127,6 +133,7 @@ class BandedRoom:
             **{name: getattr(self, name) for name in names},
             "angled": np.array(self.angled),
             "n_samples": np.array(self.grid.n_samples),
+            **({} if self.scatterers is None else self.scatterers.as_arrays()),
         }
 
     @classmethod
@@ -135,6 +142,7 @@ class BandedRoom:
         parts: dict[str, Any] = dict(arrays)
         n_samples = int(parts.pop("n_samples"))
         parts["angled"] = bool(parts["angled"])
+        parts["scatterers"] = Scatterers.from_arrays(parts)
         return cls(room, HalfOctaves(room.sample_rate, n_samples), **parts)
 
     def reflection(self) -> FloatArray:
