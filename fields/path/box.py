@@ -87,36 +87,7 @@ def assemble_boxes(signals: list[ScanSignals], found: list[FoundPlane]) -> list[
         boxes.append(walled(signals, axes))
         if len(boxes) == 1 and boxes[0].heard.all() and signals[0].n_groups > 1:
             break
-    if signals[0].n_groups == 1 and boxes:
-        boxes += _nearer(boxes[0], signals[0])
     return boxes
-
-
-def _nearer(box: Box, signals: ScanSignals) -> list[Box]:
-    """Return boxes with one wall moved in front of what may be its echo.
-
-    A directional emitter may light the wall behind it by way of the opposite
-    one only; the plane heard then stands one room's width behind the emitter.
-    """
-    emitter = box.inside(signals.emitters[0])
-    ends = box.inside(np.concatenate([signals.emitters, signals.listeners]))
-    least, most = ends.min(axis=0), ends.max(axis=0)
-    heard = box.heard.reshape(3, 2).all(axis=1)
-    made = []
-    for axis in np.flatnonzero(heard).tolist():
-        low = box.high[axis] - (emitter[axis] - box.low[axis])
-        high = box.low[axis] + (box.high[axis] - emitter[axis])
-        if low < least[axis]:
-            made.append(replace(box, low=_with(box.low, axis, low)))
-        if high > most[axis]:
-            made.append(replace(box, high=_with(box.high, axis, high)))
-    return made
-
-
-def _with(values: FloatArray, place: int, value: float) -> FloatArray:
-    changed = values.copy()
-    changed[place] = value
-    return changed
 
 
 def assemble_box(signals: list[ScanSignals], found: list[FoundPlane]) -> Box | None:

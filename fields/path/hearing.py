@@ -10,6 +10,7 @@ from fields.path.direct import read_direct
 from fields.path.doubtful import doubtful_rows, doubtful_words
 from fields.path.fallback import NearestRows
 from fields.path.fitset import FitSet
+from fields.path.onward import followed
 from fields.path.open_air import fit_open_air
 from fields.path.opened import open_box
 from fields.path.polyhedral import FittedMesh, fit_drawn, mesh_alarms
@@ -18,7 +19,8 @@ from fields.path.pose_spread import pose_alarms
 from fields.path.rest import Rest
 from fields.path.room import MOST_IMAGES
 from fields.path.scan import scan_planes, scan_signals
-from fields.path.shoebox import FittedRoom, fit_shoebox, likeliest
+from fields.path.shoebox import FittedRoom, fit_shoebox
+from fields.path.supposed import suppose_box
 from rir import GainPattern
 
 __all__ = ["hear_room"]
@@ -28,7 +30,7 @@ LEAST_CLEARNESS = 4.0
 LEAST_WALLS = 2
 JUDGED_ROWS = 60
 POOR = 0.85
-LONE, CUT = 0.02, 1.25
+LONE, CUT, AHEAD = 0.02, 1.25, 1.1
 BELIEVED = 0.2
 PERFECT = 10 ** (-25 / 10)
 COMPLETED_ROWS = 300
@@ -70,13 +72,15 @@ def hear_room(
     aimed : bool, optional
         Whether the devices differ in pattern; found out when left out.
     """
-    # no path is longer, so nothing behind it says where walls are
     short = rows.cut(round(CUT * reach_s * rows.sample_rate))
-    fitted, alarms = _fitted(short, scan_rows, reach_s, listening, shape)
+    # sound of paths that are not listed must not be taken for the source's
+    known = rows.cut(round(reach_s * rows.sample_rate))
+    fitted, alarms = _fitted(known, scan_rows, reach_s, listening, shape)
     patterns = listening, emitting, aimed
     if fitted is None:
         return _without_room(rows, alarms, late, *patterns)
     heard = _sounding(rows)
+    fitted = followed(heard, fitted)
     judged = heard.spread(COMPLETED_ROWS)
     early = fitted.predict(judged.emitters, judged.listeners, rows.n_samples)
     doubtful = doubtful_rows(judged, early)
@@ -152,8 +156,9 @@ def _fitted(
         alarms.append("no walls were found: nothing reflects as a plane would")
         return None, alarms
     try:
-        box = likeliest(rows, direct, boxes)
-        fitted = fit_shoebox(rows, direct, box, _longest(rows, box, reach_s), listening)
+        found = suppose_box(rows, direct, boxes)
+        reach_m = _longest(rows, found.box, reach_s)
+        fitted = fit_shoebox(rows, direct, found.box, reach_m, listening, found.room)
     except np.linalg.LinAlgError:
         alarms.append("the fit of the walls found did not come to an end")
         return None, alarms
@@ -165,7 +170,7 @@ def _longest(rows: FitSet, box: Box, reach_s: float) -> float:
     """Return the longest path worth listing, metres."""
     volume = float(np.prod(np.minimum(box.high - box.low, 60.0)))
     dense = (MOST_IMAGES * 3 * volume / (4 * np.pi)) ** (1 / 3)
-    return float(min(reach_s * rows.speed_of_sound, dense))
+    return float(min(AHEAD * reach_s * rows.speed_of_sound, dense))
 
 
 def _without_room(

@@ -18,7 +18,7 @@ from fields.path.room import OMNI, BoxRoom
 from fields.path.tiles import Tiles
 from rir import GainPattern, Poses
 
-__all__ = ["FittedRoom", "fit_shoebox"]
+__all__ = ["FittedRoom", "fit_shoebox", "with_right_order"]
 
 FloatArray = NDArray[np.float64]
 STAGES = (
@@ -26,7 +26,6 @@ STAGES = (
     Step(3000.0, 2, 4),
     Step(6000.0, 4, 4),
 )
-WHOLE = Step(3000.0, 9, 3)
 LOW_ROWS, FULL_ROWS = 48, 20
 PATTERN_ORDER = 4
 ROUNDS = 2
@@ -113,47 +112,52 @@ def fit_shoebox(
     box: Box,
     reach_m: float = 1e3,
     listening: GainPattern | None = None,
+    known: BoxRoom | None = None,
 ) -> FittedRoom:
-    """Fit walls, air, devices and pulse of a box to rows."""
+    """Fit walls, air, devices and pulse of a box to rows.
+
+    Where a room is `known` from low sound, the fit goes on from there: first
+    reflections alone would lose walls that only later ones speak for.
+    """
     room = replace(_start(rows, direct, box), reach_m=reach_m)
+    if known is not None:
+        room = _going_on(room, known)
     if listening is not None:
         room = replace(room, listening=listening.coefficients.mean(axis=0))
     few = rows.spread(LOW_ROWS)
-    for step in STAGES:
+    for step in STAGES if known is None else STAGES[-1:]:
         if 2.4 * step.edge_hz > rows.sample_rate:
             continue
         room = _staged(few, room, step)
     few = rows.spread(FULL_ROWS)
     room = replace(room, order=400, bank=ideal_bank(36))
-    room = _with_right_order(few, room)
+    room = with_right_order(few, room)
     whole = Step(0.5 * rows.sample_rate, room.order, 2)
     coloring = Coloring.none(rows.sample_rate)
     fitted = fit_room(few, room, whole, few.responses)
-    fitted = replace(fitted, room=_with_right_order(few, fitted.room))
+    fitted = replace(fitted, room=with_right_order(few, fitted.room))
     for turn in range(ROUNDS):
         coloring, room = polished(few, fitted.room, coloring, turn, _squares)
         fitted = replace(fitted, room=room)
         if turn < ROUNDS - 1:
             rest = without_coloring(few, fitted.room, coloring)
             fitted = fit_room(few, fitted.room, whole, rest)
-            fitted = replace(fitted, room=_with_right_order(few, fitted.room))
+            fitted = replace(fitted, room=with_right_order(few, fitted.room))
     return FittedRoom(fitted.room, coloring, fitted.covariance, fitted.active)
 
 
-def likeliest(rows: FitSet, direct: DirectSound, boxes: list[Box]) -> Box:
-    """Return the box whose first reflections tell the low sound best."""
-    if len(boxes) == 1:
-        return boxes[0]
-    few = rows.spread(LOW_ROWS)
-    errors = []
-    for box in boxes:
-        room = _start(rows, direct, box)
-        for step in (*STAGES[:2], WHOLE):
-            room = _staged(few, room, step)
-        heard = _below(few.responses, 2 * WHOLE.edge_hz / rows.sample_rate)
-        gap = _without_slow(heard - _rendered(few, room), rows.sample_rate)
-        errors.append(float((gap**2).sum()))
-    return boxes[int(np.argmin(errors))]
+def _going_on(room: BoxRoom, known: BoxRoom) -> BoxRoom:
+    emitting = np.zeros(len(room.emitting))
+    count = min(len(emitting), len(known.emitting))
+    emitting[:count] = known.emitting[:count]
+    return replace(
+        room,
+        box=known.box,
+        walls=known.walls,
+        emitting=emitting,
+        speed_of_sound=known.speed_of_sound,
+        latency_s=known.latency_s,
+    )
 
 
 def _start(rows: FitSet, direct: DirectSound, box: Box) -> BoxRoom:
@@ -203,7 +207,7 @@ def _rendered(rows: FitSet, room: BoxRoom) -> FloatArray:
     return room.render(rows.emitters, rows.listeners, rows.n_samples)
 
 
-def _with_right_order(rows: FitSet, room: BoxRoom) -> BoxRoom:
+def with_right_order(rows: FitSet, room: BoxRoom) -> BoxRoom:
     """Stop at the order where the sound stops, as simulators do.
 
     The last order is the one that leaves the smallest error.

@@ -1,0 +1,131 @@
+"""Suppose rooms and keep the one that explains the low sound: frames, hidden walls.
+
+A loudspeaker with its back to a wall does not light it: the wall is heard by way of
+others only, and what is read as its first echo may be the echo of two walls. Whole
+boxes are therefore told apart by all their images, with the loudspeaker's pattern.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fields.path.box import FAR_M, Box
+from fields.path.direct import DirectSound
+from fields.path.fitset import FitSet
+from fields.path.low_sound import LowSound, Trial
+from fields.path.room import BoxRoom
+
+__all__ = ["Supposed", "suppose_box"]
+
+FloatArray = NDArray[np.float64]
+TURNS, SETTLED_TURNS = 2, 3
+SWEPT_ROWS, SWEPT_ORDER = 24, 4
+STEP_M, REACH_M, NEAREST_M = 0.05, 7.0, 0.03
+BEST = 3
+APART_M = 0.15
+ROUNDS = 3
+CLEAR = 0.01
+"""A box that leaves less of the low sound is the room."""
+BETTER = 0.97
+FIRST_FACTOR = 0.75
+
+
+@dataclass(frozen=True, eq=False)
+class Supposed:
+    """Hold the likeliest box and what else each wall could be.
+
+    Parameters
+    ----------
+    box : Box
+        The walls.
+    room : BoxRoom or None
+        Its walls, their factors and the emitter's pattern, as the low sound tells;
+        None where there was no doubt to be settled.
+    left : float
+        Part of the low energy it leaves.
+    doubts : ndarray, shape (6,)
+        What is left over if a wall stood elsewhere or nowhere, over what is left
+        now; infinite where that was not asked.
+    """
+
+    box: Box
+    room: BoxRoom | None
+    left: float
+    doubts: FloatArray
+
+
+def suppose_box(rows: FitSet, direct: DirectSound, boxes: list[Box]) -> Supposed:
+    """Return the box whose images explain the low sound best.
+
+    Parameters
+    ----------
+    rows : FitSet
+        Measured rows.
+    direct : DirectSound
+        Their direct sounds.
+    boxes : list of Box
+        Frames that may be the room's, with the walls heard along each.
+    """
+    if len(boxes) == 1 and boxes[0].heard.all() and rows.n_places > 1:
+        return Supposed(boxes[0], None, np.nan, np.full(6, np.inf))
+    low = LowSound.of(rows, direct)
+    trials = [low.tried(low.room(box), SETTLED_TURNS) for box in boxes]
+    best = min(trials, key=lambda trial: trial.left)
+    best = low.tried(best.room, SETTLED_TURNS, geometry=True)
+    doubts = np.full(6, np.inf)
+    for _ in range(ROUNDS):
+        if best.left < CLEAR:
+            break
+        before = best
+        for wall in range(6):
+            best, doubts[wall] = _placed(low, best, wall)
+        if best is before:
+            break
+        best = low.tried(best.room, SETTLED_TURNS, geometry=True)
+    return Supposed(best.box, low.told(best.room), best.left, doubts)
+
+
+def _placed(low: LowSound, now: Trial, wall: int) -> tuple[Trial, float]:
+    """Try a wall elsewhere; return the best and how much worse the next is."""
+    tried = [low.tried(_with_wall(now.room, wall, None), TURNS)]
+    for place in _likely_places(low, now.room, wall):
+        tried.append(low.tried(_with_wall(now.room, wall, place), TURNS))
+    other = min(tried, key=lambda trial: trial.left)
+    if other.left < BETTER * now.left:
+        return other, now.left / other.left
+    return now, other.left / now.left
+
+
+def _likely_places(low: LowSound, room: BoxRoom, wall: int) -> list[float]:
+    """Return where a wall would lower what is left most, the present place aside."""
+    few = low.rows.spread(SWEPT_ROWS)
+    ends = room.box.inside(
+        np.concatenate([low.rows.emitters.positions, low.rows.listeners.positions])
+    )[:, wall // 2]
+    sign = 1.0 if wall % 2 else -1.0
+    first = float((sign * ends).max()) + NEAREST_M
+    places = sign * (first + STEP_M * np.arange(round(REACH_M / STEP_M)))
+    plain = replace(room, order=SWEPT_ORDER)
+    left = np.array([low.left(_with_wall(plain, wall, place), few) for place in places])
+    inner = np.concatenate([[np.inf], left, [np.inf]])
+    dips = np.flatnonzero((left <= inner[:-2]) & (left < inner[2:]))
+    dips = dips[np.argsort(left[dips])]
+    now = _place(room.box, wall)
+    return [float(p) for p in places[dips] if abs(p - now) > APART_M][:BEST]
+
+
+def _place(box: Box, wall: int) -> float:
+    return float((box.high if wall % 2 else box.low)[wall // 2])
+
+
+def _with_wall(room: BoxRoom, wall: int, place: float | None) -> BoxRoom:
+    """Return the room with a wall moved; without it where no place is given."""
+    low, high, z = room.box.low.copy(), room.box.high.copy(), room.box.z.copy()
+    moved, far = (high, FAR_M) if wall % 2 else (low, -FAR_M)
+    moved[wall // 2] = far if place is None else place
+    walls = room.walls.copy()
+    walls[wall] = 1e-3 if place is None else FIRST_FACTOR
+    if place is None:
+        z[wall] = 0.0
+    return replace(room, box=replace(room.box, low=low, high=high, z=z), walls=walls)
