@@ -158,6 +158,8 @@ def _fitted(
     try:
         found = suppose_box(rows, direct, boxes)
         reach_m = _longest(rows, found.box, reach_s)
+        listed_s = reach_m / (AHEAD * rows.speed_of_sound) + direct.latency_s
+        rows = rows.cut(round(listed_s * rows.sample_rate))
         fitted = fit_shoebox(rows, direct, found.box, reach_m, listening, found.room)
     except np.linalg.LinAlgError:
         alarms.append("the fit of the walls found did not come to an end")

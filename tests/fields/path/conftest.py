@@ -45,7 +45,7 @@ def box_rows(emitters=4, listeners=30, n_samples=800, seed=0, latency=0, yaw=Tru
 
 def box_response(emitter, listener, yaw, n_samples, latency=0):
     """Return one response, sinc pulses under a 64-sample Hann window."""
-    most = 6
+    most = max(6, int(n_samples * SPEED / RATE / (2 * SIZE.min())) + 1)
     m = np.arange(-most, most + 1)
     gaps, gains, signs = [], [], []
     for axis in range(3):
