@@ -22,6 +22,8 @@ LOSS_SIGMA, PHASE_SIGMA, PATTERN_SIGMA = 3e-4, 1.0, 0.5
 WALL_SIGMA, WALL_SHARE, LOSS_SHARE = 0.01, 0.4, 0.2
 """A wall's factor moves from where a stage starts by a share of it and a little."""
 HEARING_SIGMA = 0.3
+MORE_TURNS = 1
+"""Turns that make up for a curvature that is kept: they cost little."""
 WALL_BOUND, FIRST_DAMPING = 0.1, 0.01
 LEAST_ADMITTANCE, MOST_ADMITTANCE = 1e-3, 8.0
 
@@ -88,16 +90,16 @@ def fit_walls(
     lowest = np.full(banded.grid.bands, np.inf)
     damping = np.full(banded.grid.bands, FIRST_DAMPING)
     held = None
-    for turn in range(turns + 1):
-        last = turn == turns
+    for turn in range(turns + MORE_TURNS + 1):
+        last = turn == turns + MORE_TURNS
         square, right, misfit = _sums(
-            data, banded, weights, chosen, curved=not last, sloped=not last
+            data, banded, weights, chosen, curved=held is None, sloped=not last
         )
         now = (weights * misfit).sum(axis=0)
         better = now < lowest
         banded = _chosen(better, banded, best)
         if held is not None:
-            square = np.where(better[:, None, None], square, held[0])
+            square = held[0]
             right = np.where(better[:, None], right, held[1])
         damping = np.where(better, damping / 5, damping * 10)
         lowest = np.minimum(now, lowest)

@@ -72,15 +72,16 @@ def fit_places(
     noise = _noise(best, chosen)
     square, right, misfit = _sums(best, chosen, 1 / noise)
     lowest, damping = _cost(best, misfit, sigma), 1e-3
-    for _ in range(turns):
+    for turn in range(turns):
+        last = turn == turns - 1
         step, moves, covariance = _solved(square, right, best, sigma, damping)
         best = replace(best, covariance=covariance)
         tried = _moved(best, step, moves)
-        found, pull, misfit = _sums(tried, chosen, 1 / noise)
+        _, pull, misfit = _sums(tried, chosen, 1 / noise, curved=False, sloped=not last)
         cost = _cost(tried, misfit, sigma)
         if cost < lowest:
             best, lowest, damping = tried, cost, damping / 5
-            square, right = found, pull
+            right = pull
         else:
             damping *= 20
     return best
@@ -105,9 +106,14 @@ def _noise(at: Moved, chosen: NDArray[np.bool_]) -> FloatArray:
 
 
 def _sums(
-    at: Moved, chosen: NDArray[np.bool_], weights: FloatArray
+    at: Moved,
+    chosen: NDArray[np.bool_],
+    weights: FloatArray,
+    *,
+    curved: bool = True,
+    sloped: bool = True,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    from fields.path.band_kernel import accumulate_places
+    from fields.path.place_sums import accumulate_places
 
     banded, data = at.banded, at.data
     rows, columns = len(weights), GEOMETRY + PLACES
@@ -128,6 +134,8 @@ def _sums(
         most_images(banded),
         data.live,
         chosen,
+        curved,
+        sloped,
         np.zeros(3),
         banded.room.speed_of_sound,
         banded.room.sample_rate,
