@@ -14,6 +14,8 @@ SEARCH_S = 0.012
 BEFORE_S, AFTER_S = 0.0015, 0.0025
 MOST_ROWS = 300
 MOST_LATENCY_S = 0.02
+NEARLY, SURER = 0.25, 2.0
+"""Energy of an earlier arrival over the loudest, and how much surer it must be."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,14 +55,32 @@ def read_direct(rows: FitSet) -> DirectSound:
     aligned = _aligned(rows, before + after, search + after)
     mean = aligned.mean(axis=0)
     noise = float(np.mean(aligned.var(axis=0))) / max(len(rows), 1)
-    smooth = np.convolve(mean**2, np.ones(3), mode="same")
-    peak = int(np.argmax(smooth[before + after : before + after + search]))
-    peak += before + after
+    peak = _arrival(aligned, mean, before + after, search, after)
     pulse = mean[peak - before : peak + after]
     energy = float((pulse**2).sum())
     latency = (peak - before - after) / rate
     clear = energy / max(noise * len(pulse), 1e-300)
     return DirectSound(latency, pulse * _taper(before, after), before, clear)
+
+
+def _arrival(
+    aligned: FloatArray, mean: FloatArray, first: int, search: int, apart: int
+) -> int:
+    """Return the sample of the loudest common arrival, or of a surer one before it.
+
+    A loudspeaker that faces a wall sends less to its listeners than the wall does;
+    but only direct sounds are alike in all rows.
+    """
+    loud = np.convolve(mean**2, np.ones(3), mode="same")
+    spread = np.convolve(aligned.var(axis=0), np.ones(3), mode="same")
+    sure = loud / np.maximum(spread, 1e-300)
+    peak = first + int(np.argmax(loud[first : first + search]))
+    early = np.arange(first, peak - apart)
+    early = early[loud[early] > NEARLY * loud[peak]]
+    if len(early) == 0:
+        return peak
+    best = int(early[np.argmax(sure[early])])
+    return best if sure[best] > SURER * sure[peak] else peak
 
 
 def _aligned(rows: FitSet, before: int, after: int) -> FloatArray:

@@ -156,7 +156,7 @@ def _fitted(
         alarms.append("no walls were found: nothing reflects as a plane would")
         return None, alarms
     try:
-        found = suppose_box(rows, direct, boxes)
+        found = suppose_box(rows, direct, boxes, signals)
         reach_m = _longest(rows, found.box, reach_s)
         listed_s = reach_m / (AHEAD * rows.speed_of_sound) + direct.latency_s
         rows = rows.cut(round(listed_s * rows.sample_rate))

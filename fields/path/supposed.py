@@ -10,16 +10,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fields.path.box import FAR_M, Box
+from fields.path.box import FAR_M, Box, walled
 from fields.path.direct import DirectSound
 from fields.path.fitset import FitSet
 from fields.path.low_sound import LowSound, Trial
 from fields.path.room import BoxRoom
+from fields.path.scan import ScanSignals
 
 __all__ = ["Supposed", "suppose_box"]
 
 FloatArray = NDArray[np.float64]
-TURNS, SETTLED_TURNS = 2, 3
+TURNS, MOVING_TURNS = 2, 6
 SWEPT_ROWS, SWEPT_ORDER = 24, 4
 STEP_M, REACH_M, NEAREST_M = 0.05, 7.0, 0.03
 BEST = 3
@@ -28,6 +29,7 @@ ROUNDS = 3
 CLEAR = 0.01
 """A box that leaves less of the low sound is the room."""
 BETTER = 0.97
+POOR, FEW_PLACES, YAW_STEP_DEG = 0.1, 3, 1.5
 FIRST_FACTOR = 0.75
 
 
@@ -55,7 +57,12 @@ class Supposed:
     doubts: FloatArray
 
 
-def suppose_box(rows: FitSet, direct: DirectSound, boxes: list[Box]) -> Supposed:
+def suppose_box(
+    rows: FitSet,
+    direct: DirectSound,
+    boxes: list[Box],
+    signals: list[ScanSignals] | None = None,
+) -> Supposed:
     """Return the box whose images explain the low sound best.
 
     Parameters
@@ -66,24 +73,45 @@ def suppose_box(rows: FitSet, direct: DirectSound, boxes: list[Box]) -> Supposed
         Their direct sounds.
     boxes : list of Box
         Frames that may be the room's, with the walls heard along each.
+    signals : list of ScanSignals, optional
+        To look for walls along other upright frames with, where there are few
+        emitter places and none of the boxes explains the rows.
     """
     if len(boxes) == 1 and boxes[0].heard.all() and rows.n_places > 1:
         return Supposed(boxes[0], None, np.nan, np.full(6, np.inf))
     low = LowSound.of(rows, direct)
-    trials = [low.tried(low.room(box), SETTLED_TURNS) for box in boxes]
+    best, doubts = _settled(low, boxes)
+    if best.left > POOR and signals is not None and rows.n_places <= FEW_PLACES:
+        other, others = _settled(low, [walled(signals, one) for one in _upright()])
+        if other.left < BETTER * best.left:
+            best, doubts = other, others
+    return Supposed(best.box, low.told(best.room), best.left, doubts)
+
+
+def _upright() -> FloatArray:
+    """Return frames with a level floor, a few degrees apart, (K, 3, 3)."""
+    from scipy.spatial.transform import Rotation
+
+    turns = np.arange(-45.0, 45.0, YAW_STEP_DEG)
+    return Rotation.from_euler("z", turns[:, None], degrees=True).as_matrix()
+
+
+def _settled(low: LowSound, boxes: list[Box]) -> tuple[Trial, FloatArray]:
+    """Return the best of the boxes, each wall at its best, and the walls' doubts."""
+    trials = [low.tried(low.room(box), TURNS) for box in boxes]
     best = min(trials, key=lambda trial: trial.left)
-    best = low.tried(best.room, SETTLED_TURNS, geometry=True)
+    best = low.tried(best.room, MOVING_TURNS, geometry=True)
     doubts = np.full(6, np.inf)
     for _ in range(ROUNDS):
         if best.left < CLEAR:
-            break
+            return best, np.full(6, np.inf)
         before = best
         for wall in range(6):
             best, doubts[wall] = _placed(low, best, wall)
         if best is before:
             break
-        best = low.tried(best.room, SETTLED_TURNS, geometry=True)
-    return Supposed(best.box, low.told(best.room), best.left, doubts)
+        best = low.tried(best.room, MOVING_TURNS, geometry=True)
+    return best, doubts
 
 
 def _placed(low: LowSound, now: Trial, wall: int) -> tuple[Trial, float]:
