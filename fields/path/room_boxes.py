@@ -1,0 +1,143 @@
+"""The walls of several rooms, each heard by its own pairs in one common frame."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fields.path.box import FAR_M, Box, assemble_boxes, walled
+from fields.path.direct import DirectSound
+from fields.path.fitset import FitSet
+from fields.path.scan import ScanSignals, judge_planes, scan_planes, scan_signals
+from fields.path.shoebox import fit_shoebox
+from fields.path.supposed import suppose_box
+
+__all__ = ["hear_boxes"]
+
+FloatArray = NDArray[np.float64]
+SCAN_ROWS, LEAST_ROWS = 120, 12
+MOST_Z = 12.0
+LEAST_WALLS = 4
+ALIGNED_DEG = 1.5
+SAME_WALL_M = 0.15
+POOLED, SHARE = 2.5, 0.3
+"""What speaks for a wall that is known from the next room."""
+BEYOND_M = 0.05
+REACH_M = 20.0
+
+
+def hear_boxes(rooms: list[FitSet], direct: DirectSound) -> list[Box | None]:
+    """Return the box round the pairs of each room; None where too little is heard.
+
+    The clearest room is fitted; its attitude is tried in all others, and its walls
+    where they would go on. A wall that would hold places of another room is unheard.
+
+    Parameters
+    ----------
+    rooms : list of FitSet
+        Pairs whose ends share a room, one set a room.
+    direct : DirectSound
+        What direct sounds have in common.
+    """
+    told = [
+        None if len(rows) < LEAST_ROWS else _scanned(rows, direct) for rows in rooms
+    ]
+    heard = [k for k, one in enumerate(told) if one is not None]
+    if not heard:
+        return [None] * len(rooms)
+    best = max(heard, key=lambda k: _clearness(told[k][1][0]))
+    boxes: list[Box | None] = [None] * len(rooms)
+    for k in sorted(heard, key=lambda k: k != best):
+        signals, own = told[k]
+        if k == best:
+            box = suppose_box(rooms[k], direct, own).box
+            lone = _apart(box, rooms, k)
+            if lone.heard.all():
+                reach_m = REACH_M
+                box = fit_shoebox(rooms[k], direct, box, reach_m).room.box
+            boxes[k] = lone if not lone.heard.all() else box
+            continue
+        known = [box for box in boxes if box is not None]
+        tried = own + [walled(signals, box.axes) for box in known]
+        tried = [_going_on(box, signals[-1], known) for box in tried]
+        tried = [_apart(box, rooms, k) for box in tried]
+        boxes[k] = max(tried, key=_clearness)
+    return boxes
+
+
+def _scanned(
+    rows: FitSet, direct: DirectSound
+) -> tuple[list[ScanSignals], list[Box]] | None:
+    signals = scan_signals(rows.spread(SCAN_ROWS), direct)
+    boxes = assemble_boxes(signals, scan_planes(signals))
+    boxes = [box for box in boxes if box.heard.sum() >= LEAST_WALLS]
+    return (signals, boxes) if boxes else None
+
+
+def _clearness(box: Box) -> float:
+    return float(np.where(box.heard, np.minimum(box.z, MOST_Z), 0.0).sum())
+
+
+def _apart(box: Box, rooms: list[FitSet], mine: int) -> Box:
+    """Return the box without walls that would hold other rooms' places."""
+    low, high, z = box.low.copy(), box.high.copy(), box.z.copy()
+    for k, rows in enumerate(rooms):
+        if k == mine or len(rows) == 0:
+            continue
+        ends = np.concatenate([rows.emitters.positions, rows.listeners.positions])
+        local = box.inside(ends)
+        held = ((local > low + BEYOND_M) & (local < high - BEYOND_M)).all(axis=1)
+        if held.mean() < 0.1:
+            continue
+        own = box.inside(
+            np.concatenate(
+                [rooms[mine].emitters.positions, rooms[mine].listeners.positions]
+            )
+        )
+        # the way on which the two rooms lie apart has the wall between them
+        below = own.min(axis=0) - local.max(axis=0)
+        above = local.min(axis=0) - own.max(axis=0)
+        wall = int(np.argmax(np.concatenate([below, above])))
+        if wall < 3:
+            low[wall], z[2 * wall] = -FAR_M, 0.0
+        else:
+            high[wall - 3], z[2 * wall - 5] = FAR_M, 0.0
+    return replace(box, low=low, high=high, z=z)
+
+
+def _going_on(box: Box, signals: ScanSignals, known: list[Box]) -> Box:
+    """Return the box with walls of other rooms in place of farther ones."""
+    ends = np.concatenate([signals.emitters, signals.listeners])
+    low, high, z = box.low.copy(), box.high.copy(), box.z.copy()
+    judged = judge_planes(signals, box.planes[box.heard])
+    loud = max((plane.strength for plane in judged), default=0.0)
+    for other in known:
+        for plane in other.planes[other.heard]:
+            wall = _aligned(box, plane)
+            if wall is None or (ends @ plane[:3] - plane[3]).min() < 0:
+                continue
+            axis, upper = divmod(wall, 2)
+            now = box.planes[wall]
+            middle = float(box.axes[axis] @ box.origin)
+            center = ends.mean(axis=0)
+            foot = center - (center @ plane[:3] - plane[3]) * plane[:3]
+            offset = float(foot @ now[:3])
+            if offset - now[3] < SAME_WALL_M:
+                continue
+            found = judge_planes(signals, np.append(now[:3], offset)[None])
+            if not found or found[0].pooled < POOLED:
+                continue
+            if found[0].strength < SHARE * loud:
+                continue
+            z[wall] = found[0].pooled
+            if upper:
+                high[axis] = -offset - middle
+            else:
+                low[axis] = offset - middle
+    return replace(box, low=low, high=high, z=z)
+
+
+def _aligned(box: Box, plane: FloatArray) -> int | None:
+    along = box.planes[:, :3] @ plane[:3]
+    wall = int(np.argmax(along))
+    return wall if along[wall] > np.cos(np.radians(ALIGNED_DEG)) else None
