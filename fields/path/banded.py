@@ -16,6 +16,7 @@ from fields.path.room import OMNI, BoxRoom
 from fields.path.scatter_fit import with_scatterers
 from fields.path.shoebox import FittedRoom
 from fields.path.tiles import Tiles
+from fields.path.tomography import with_occluders
 from rir import Poses
 from rir.physics import air_absorption
 
@@ -33,6 +34,8 @@ DEEP_HZ, TREND = 110.0, (0.6, 1.0)
 RINGING_HZ, SOFTER = 200.0, (0.1, 0.3, 0.6, 1.0, 1.5)
 UNHEARD = 0.6
 """Images that leave more of the clearest bands' energy are not worth the turns."""
+HOPELESS = 0.7
+"""One factor a wall that leaves more of it than this: half octaves do not mend that."""
 EQUAL_S = 0.08
 SLANT = 0.6
 """Cosine at which a factor and an admittance are taken for the same wall."""
@@ -89,7 +92,7 @@ def fit_banded(
     BandedRoom or None
         None where images explain too little for half octaves to be worth it.
     """
-    rows = rows.spread(ROWS)
+    every, rows = rows, rows.spread(ROWS)
     few = rows.spread(FEW)
     banded = _first_walls(few, direct, room)
     if banded is None:
@@ -107,7 +110,8 @@ def fit_banded(
         data = heard.moved(data.emitters, data.listeners)
         banded, _ = fit_walls(data, banded, 2, chosen=centers > DEEP_HZ)
         banded = _deepened(data, banded)
-    banded = with_scatterers(data, _ringing(data, banded))
+    banded = with_occluders(every, data, _ringing(data, banded))
+    banded = with_scatterers(data, banded)
     banded = _equalised(rows, data.emitters, data.listeners, banded)
     return _levelled(rows, data, banded)
 
@@ -116,7 +120,7 @@ def in_half_octaves(
     rows: FitSet, fitted: FittedRoom, judged: FitSet
 ) -> FittedRoom | None:
     """Return the room with banded walls where they tell unheard rows better."""
-    if len(rows) < LEAST_ROWS:
+    if len(rows) < LEAST_ROWS or _unclear(rows.spread(FEW), fitted) > HOPELESS:
         return None
     try:
         banded = fit_banded(rows, read_direct(rows), fitted.room)
@@ -131,6 +135,18 @@ def in_half_octaves(
     if gain >= WORTH:
         return None
     return replace(better, tones=_tones(rows.spread(TONED), better))
+
+
+def _unclear(rows: FitSet, fitted: FittedRoom) -> float:
+    """Return the part of the clearest bands' energy that is not told."""
+    told = fitted.predict(rows.emitters, rows.listeners, rows.n_samples)
+    hertz = np.fft.rfftfreq(rows.n_samples, 1 / rows.sample_rate)
+    clear = (hertz > CLEAR_HZ[0]) & (hertz < CLEAR_HZ[1])
+    heard, left = (
+        (np.abs(np.fft.rfft(one)[:, clear]) ** 2).sum(axis=1)
+        for one in (rows.responses, rows.responses - told)
+    )
+    return float(np.mean(left / np.maximum(heard, 1e-300)))
 
 
 def _tones(rows: FitSet, fitted: FittedRoom) -> FloatArray:
