@@ -41,9 +41,8 @@ class Supposed:
     ----------
     box : Box
         The walls.
-    room : BoxRoom or None
-        Its walls, their factors and the emitter's pattern, as the low sound tells;
-        None where there was no doubt to be settled.
+    room : BoxRoom
+        Its walls, their factors and the emitter's pattern, as the low sound tells.
     left : float
         Part of the low energy it leaves.
     doubts : ndarray, shape (6,)
@@ -52,7 +51,7 @@ class Supposed:
     """
 
     box: Box
-    room: BoxRoom | None
+    room: BoxRoom
     left: float
     doubts: FloatArray
 
@@ -77,8 +76,6 @@ def suppose_box(
         To look for walls along other upright frames with, where there are few
         emitter places and none of the boxes explains the rows.
     """
-    if len(boxes) == 1 and boxes[0].heard.all() and rows.n_places > 1:
-        return Supposed(boxes[0], None, np.nan, np.full(6, np.inf))
     low = LowSound.of(rows, direct)
     best, doubts = _settled(low, boxes)
     if best.left > POOR and signals is not None and rows.n_places <= FEW_PLACES:
