@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fields.path.half_octaves import HalfOctaves, Kernels
+from fields.path.occluders import Occluders
 from fields.path.room import MOST_IMAGES, BoxRoom
 from fields.path.scatterers import Scatterers
 from rir import Poses
@@ -42,6 +43,8 @@ class BandedRoom:
         Complex spectrum of an arrival at 1 m.
     scatterers : Scatterers, optional
         Small objects.
+    occluders : Occluders, optional
+        What stands in the way.
     """
 
     room: BoxRoom
@@ -54,6 +57,7 @@ class BandedRoom:
     listening: FloatArray
     source: ComplexArray
     scatterers: Scatterers | None = None
+    occluders: Occluders | None = None
 
     def render(self, emitters: Poses, listeners: Poses, n_samples: int) -> FloatArray:
         """Return the sum of all paths, shape (rows, n_samples)."""
@@ -94,6 +98,8 @@ class BandedRoom:
             chosen,
             out,
         )
+        if self.occluders is not None:
+            self.occluders.add(self, emitters, listeners, kernels, chosen, out)
         if self.scatterers is not None:
             self.scatterers.add(self, emitters, listeners, kernels, chosen, out)
         return out
@@ -134,6 +140,7 @@ class BandedRoom:
             "angled": np.array(self.angled),
             "n_samples": np.array(self.grid.n_samples),
             **({} if self.scatterers is None else self.scatterers.as_arrays()),
+            **({} if self.occluders is None else self.occluders.as_arrays()),
         }
 
     @classmethod
@@ -143,6 +150,7 @@ class BandedRoom:
         n_samples = int(parts.pop("n_samples"))
         parts["angled"] = bool(parts["angled"])
         parts["scatterers"] = Scatterers.from_arrays(parts)
+        parts["occluders"] = Occluders.from_arrays(parts)
         return cls(room, HalfOctaves(room.sample_rate, n_samples), **parts)
 
     def reflection(self) -> FloatArray:

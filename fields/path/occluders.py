@@ -1,0 +1,122 @@
+"""What stands in the way of paths: voxels that keep sound, alike from both ends."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fields.path.half_octaves import Kernels
+from rir import Poses
+
+if TYPE_CHECKING:
+    from fields.path.banded_room import BandedRoom
+    from fields.path.box import Box
+
+__all__ = ["Occluders", "voxels_of"]
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+VOXEL_M, SHADED_ORDER = 0.25, 3
+SOLID = 0.35
+"""Share of what most voxels in the way keep that makes a voxel solid."""
+
+
+def voxels_of(box: "Box") -> NDArray[np.int64]:
+    """Return how many voxels a box holds along each of its axes."""
+    size = box.high - box.low
+    return np.maximum(np.round(size / VOXEL_M), 1).astype(np.int64)
+
+
+@dataclass(frozen=True, eq=False)
+class Occluders:
+    """Hold voxels of a box, x slowest, and what a metre through each keeps.
+
+    Parameters
+    ----------
+    shape : ndarray of int, shape (3,)
+        Voxels along each axis.
+    hertz : ndarray, shape (groups,)
+        Middles of the bands that were heard.
+    depths : ndarray, shape (groups, voxels)
+        Nepers a metre.
+    """
+
+    shape: NDArray[np.int64]
+    hertz: FloatArray
+    depths: FloatArray
+
+    @cached_property
+    def solid(self) -> NDArray[np.bool_]:
+        """Whether each voxel is in the way, shape (nx, ny, nz)."""
+        mean = self.depths.mean(axis=0)
+        if not (mean > 0).any():
+            return np.zeros(self.shape, dtype=bool)
+        least = SOLID * float(np.quantile(mean[mean > 0.1 * mean.max()], 0.9))
+        return (mean > least).reshape(self.shape)
+
+    def banded(self, centers: FloatArray) -> FloatArray:
+        """Return nepers a metre at other frequencies, shape (bands, voxels).
+
+        Shadows fade towards low frequencies with the root of the frequency.
+        """
+        where = np.interp(np.log(centers), np.log(self.hertz), range(len(self.hertz)))
+        low = where.astype(int)
+        high = np.minimum(low + 1, len(self.hertz) - 1)
+        part = (where - low)[:, None]
+        depths = (1 - part) * self.depths[low] + part * self.depths[high]
+        return depths * np.minimum(np.sqrt(centers / self.hertz[0]), 1.0)[:, None]
+
+    def add(
+        self,
+        banded: "BandedRoom",
+        emitters: Poses,
+        listeners: Poses,
+        kernels: Kernels,
+        chosen: NDArray[np.bool_],
+        out: ComplexArray,
+    ) -> None:
+        """Take what is kept from the `chosen` bands of (rows, total) envelopes."""
+        from fields.path.occlusion_kernel import add_shadows
+
+        room = banded.room
+        add: Any = add_shadows
+        add(
+            *room.ends(emitters, listeners),
+            *room.geometry(banded.grid.n_samples),
+            banded.walls,
+            banded.angled,
+            banded.loss,
+            banded.emitting,
+            banded.listening,
+            room.least,
+            min(room.order, SHADED_ORDER),
+            kernels.starts,
+            kernels.lengths,
+            kernels.turns,
+            kernels.rates,
+            kernels.taps,
+            kernels.widths,
+            chosen,
+            (room.box.high - room.box.low) / self.shape,
+            self.shape,
+            self.banded(banded.grid.centers),
+            out,
+        )
+
+    def as_arrays(self) -> dict[str, np.ndarray]:
+        """Return plain arrays, for a file."""
+        return {
+            "voxels": self.shape,
+            "voxel_hertz": self.hertz,
+            "voxel_depths": self.depths,
+        }
+
+    @classmethod
+    def from_arrays(cls, arrays: dict[str, Any]) -> "Occluders | None":
+        """Take out of `arrays` what :meth:`as_arrays` put in, if it did."""
+        if "voxels" not in arrays:
+            return None
+        names = "voxels", "voxel_hertz", "voxel_depths"
+        return cls(*(arrays.pop(name) for name in names))
