@@ -6,10 +6,11 @@ spectrograms of several windows and a flat envelope halve the swing of noise.
 """
 
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
+from fields.path.tiles import Tiles
 from fields.path.tint import colored
 
 __all__ = ["CalmTail", "even_noise"]
@@ -17,6 +18,8 @@ __all__ = ["CalmTail", "even_noise"]
 WINDOWS_S = ((0.019, 0.0038), (0.0095, 0.0019), (0.0047, 0.0006))
 STEPS = 60
 MARGIN_S = 0.04
+MIRRORED_S = 0.3
+"""Longer noise goes back and forth: as even, and as many steps."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +58,23 @@ class CalmTail:
         heard = np.arange(self.n_samples) >= onset[:, None]
         return np.where(heard, self._wave, 0.0)
 
+    def brought(
+        self, first: np.ndarray, second: np.ndarray, tiles: Tiles, energies: np.ndarray
+    ) -> np.ndarray:
+        """Return the sound with given energies of tiles, (pairs, bands, bins)."""
+        onset = np.linalg.norm(first - second, axis=1) * self.samples_a_metre
+        onset = np.minimum(np.ceil(onset), self.n_samples).astype(int)
+        parts = tiles.split(self._wave[None])[0]
+        sums = np.pad(np.cumsum(parts**2, axis=1), ((0, 0), (1, 0)))
+        ends = np.minimum(np.arange(tiles.bins + 1) * tiles.bin_samples, self.n_samples)
+        heard = np.diff(sums[:, np.maximum(ends, onset[:, None])], axis=-1)
+        heard = heard.transpose(1, 0, 2)
+        # A bin that the direct sound cuts holds too little sound to be scaled.
+        least = 0.5 * np.median(heard, axis=-1, keepdims=True) + 1e-300
+        gains = np.sqrt(energies / np.maximum(heard, least))
+        out = tiles.joined(parts, gains)
+        return np.where(np.arange(self.n_samples) >= onset[:, None], out, 0.0)
+
     @cached_property
     def _wave(self) -> np.ndarray:
         noise = even_noise(self.n_samples, self.sample_rate, seed=self.seed)
@@ -63,6 +83,15 @@ class CalmTail:
 
 def even_noise(n_samples: int, sample_rate: float, *, seed: int) -> np.ndarray:
     """Return noise of variance 1, even in spectrogram and envelope, (n_samples,)."""
+    once = min(n_samples, max(round(MIRRORED_S * sample_rate), 2))
+    noise = _evened(once, sample_rate, seed)
+    # each end is said once
+    period = np.concatenate([noise, noise[-2:0:-1]])
+    return np.resize(period, n_samples)
+
+
+@lru_cache(maxsize=8)
+def _evened(n_samples: int, sample_rate: float, seed: int) -> np.ndarray:
     margin = round(MARGIN_S * sample_rate) + 64
     total = n_samples + 2 * margin
     noise = np.random.default_rng(seed).standard_normal(total)

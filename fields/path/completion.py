@@ -201,6 +201,8 @@ class Completion:
         self, first: np.ndarray, second: np.ndarray, target: np.ndarray
     ) -> np.ndarray:
         """Return late sound with the energies of the tiles."""
+        if isinstance(self.tail, CalmTail):
+            return self.tail.brought(first, second, self.tiles, target)
         sound = self.tail(first, second)
         brought = self.tiles.energies(sound)
         # A bin that the direct sound cuts holds too little sound to be scaled.

@@ -33,7 +33,7 @@ POOR = 0.85
 LONE, CUT, AHEAD = 0.02, 1.25, 1.1
 BELIEVED = 0.2
 PERFECT = 10 ** (-25 / 10)
-COMPLETED_ROWS = 300
+COMPLETED_ROWS, LEAST_COMPLETED, COMPLETED_SAMPLES = 300, 120, 1_000_000
 WALL_NAMES = ("low x", "high x", "low y", "high y", "low z", "high z")
 WIDE_M = 0.02
 
@@ -81,7 +81,7 @@ def hear_room(
         return _without_room(rows, alarms, late, *patterns)
     heard = _sounding(rows)
     fitted = followed(heard, fitted)
-    judged = heard.spread(COMPLETED_ROWS)
+    judged = heard.spread(_judged_rows(rows.n_samples))
     early = fitted.predict(judged.emitters, judged.listeners, rows.n_samples)
     doubtful = doubtful_rows(judged, early)
     alarms += doubtful_words(judged, doubtful)
@@ -117,6 +117,12 @@ def hear_room(
         rest = Rest.fit(heard, judged, early, fitted, aimed=aimed, latency_s=late_s)
         alarms += rest.alarms
     return Acoustics(fitted, None, rest, unexplained, alarms)
+
+
+def _judged_rows(n_samples: int) -> int:
+    """Return how many rows are completed: fewer of long ones."""
+    few = COMPLETED_SAMPLES // max(n_samples, 1)
+    return int(np.clip(few, LEAST_COMPLETED, COMPLETED_ROWS))
 
 
 def _banded(fitted: FittedRoom | FittedMesh) -> bool:
@@ -190,7 +196,7 @@ def _without_room(
         alarms.append("the nearest response is answered")
         return Acoustics(None, NearestRows.of(rows), None, 1.0, alarms)
     air = fit_open_air(heard, direct, listening, emitting)
-    judged = heard.spread(COMPLETED_ROWS)
+    judged = heard.spread(_judged_rows(rows.n_samples))
     early = air.predict(judged.emitters, judged.listeners, rows.n_samples)
     latency = direct.latency_s
     rest = Rest.fit(heard, judged, early, air, aimed=aimed, latency_s=latency)

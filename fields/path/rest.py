@@ -30,6 +30,8 @@ FloatArray = NDArray[np.float64]
 AIMED = 0.3
 LEAST_ROWS = 16
 EXPLAINED = 0.2
+ROWS_S = 0.25
+"""Later than this rows of other places say nothing but energies."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +95,9 @@ class Rest:
         tiles = Tiles(rows.sample_rate, rows.n_samples)
         if aimed is None:
             aimed = directivity(rows, latency_s) > AIMED
-        kept = AlignedRows.of(rows) if len(rows) >= LEAST_ROWS else None
+        kept = None
+        if len(rows) >= LEAST_ROWS:
+            kept = AlignedRows.of(rows.cut(round(ROWS_S * rows.sample_rate)))
         said = [early]
         if kept is not None:
             said.append(kept.left_out(judged))
@@ -106,7 +110,9 @@ class Rest:
             told = completion.apply(mixed, judged.emitters, judged.listeners)
             found[name] = weights, completion, told
         answers = {name: one[2] for name, one in found.items()}
-        best = prove(judged, answers).best if len(found) > 1 else next(iter(found))
+        scores = prove(judged, answers if len(found) > 1 else {})
+        best = scores.best if len(found) > 1 else next(iter(found))
+        known = {"path": scores.scores[best]} if len(found) > 1 else {}
         weights, completion, told = found[best]
         if not weights[1:].any():
             kept, weights = None, weights[:1]
@@ -116,12 +122,13 @@ class Rest:
         if aimed and judged.n_places > 1:
             launch = Launch.fit(judged, told, latency_s)
             moved = launch.apply(told, judged.emitters, judged.listeners)
-            better = prove(judged, {"without": told, "with": moved})
-            launch, told = (launch, moved) if better.best == "with" else (None, told)
+            better = prove(judged, {"path": told, "moved": moved}, known)
+            known = {"path": better.scores[better.best]}
+            launch, told = (launch, moved) if better.best == "moved" else (None, told)
         answers = {"path": told}
         if len(said) > 1:
             answers["rows"] = said[1]
-        return replace(rest, launch=launch, proof=prove(judged, answers))
+        return replace(rest, launch=launch, proof=prove(judged, answers, known))
 
     def apply(self, early: FloatArray, emitters: Poses, listeners: Poses) -> FloatArray:
         """Return completed responses, shape (rows, n_samples).

@@ -1,7 +1,7 @@
 """Time-frequency tiles: octaves and short bins, measured and scaled."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -13,6 +13,8 @@ LOWEST_HZ = 125.0
 SHORT_S, SHORT_BIN_S, LONG_BIN_S = 0.25, 0.005, 0.01
 CHUNK = 64
 RINGING_S = 0.02
+STEP_BINS, WORTH = 16, 0.7
+"""Silent ends are left out in steps of so many bins, where so little is left."""
 
 
 @dataclass(frozen=True)
@@ -25,10 +27,13 @@ class Tiles:
         Hertz.
     n_samples : int
         Length of a response.
+    bin_length : int
+        Samples of a bin; 0 chooses by the length of a response.
     """
 
     sample_rate: float
     n_samples: int
+    bin_length: int = 0
 
     @cached_property
     def centers(self) -> np.ndarray:
@@ -39,6 +44,8 @@ class Tiles:
     @cached_property
     def bin_samples(self) -> int:
         """Length of a bin."""
+        if self.bin_length:
+            return self.bin_length
         short = self.n_samples <= SHORT_S * self.sample_rate
         length = SHORT_BIN_S if short else LONG_BIN_S
         return max(round(length * self.sample_rate), 1)
@@ -100,7 +107,15 @@ class Tiles:
 
     def products(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
         """Return inner products in each tile, shape (rows, bands, bins)."""
-        out = np.empty((len(first), len(self.centers), self.bins))
+        out = np.zeros((len(first), len(self.centers), self.bins))
+        short = self._sounding(first, second)
+        if short is not self:
+            cut = slice(0, short.n_samples)
+            begun = first[:, cut]
+            other = begun if first is second else second[:, cut]
+            told = short.products(begun, other)
+            out[..., : short.bins] = told
+            return out
         for start in range(0, len(first), CHUNK):
             rows = slice(start, start + CHUNK)
             parts = self.split(first[rows])
@@ -120,6 +135,11 @@ class Tiles:
             response comes back untouched.
         """
         out = responses.copy()
+        short = self._sounding(responses)
+        if short is not self:
+            cut = slice(0, short.n_samples)
+            out[:, cut] = short.gained(responses[:, cut], gains[..., : short.bins])
+            return out
         for start in range(0, len(responses), CHUNK):
             rows = slice(start, start + CHUNK)
             change = gains[rows] - 1
@@ -129,10 +149,55 @@ class Tiles:
                 out[rows] += np.einsum("rbn,rbn->rn", wave, parts)
         return out
 
-    def _spread(self, values: np.ndarray) -> np.ndarray:
-        """Interpolate from bins to samples."""
+    def joined(self, parts: np.ndarray, gains: np.ndarray) -> np.ndarray:
+        """Return the sum of octaves that all rows share, with gains of their own.
+
+        Parameters
+        ----------
+        parts : numpy.ndarray
+            What :meth:`split` returned of one response, shape (bands, n_samples).
+        gains : numpy.ndarray
+            Shape (rows, bands, bins).
+        """
+        out = np.empty((len(gains), self.n_samples))
+        low, high, part = self._nodes
+        edges = np.flatnonzero(np.diff(low, prepend=-1))
+        for start, end in zip(edges, [*edges[1:], self.n_samples], strict=True):
+            here = slice(start, end)
+            late = parts[:, here] * part[here]
+            out[:, here] = gains[..., low[start]] @ (parts[:, here] - late)
+            out[:, here] += gains[..., high[start]] @ late
+        return out
+
+    def _sounding(self, *each: np.ndarray) -> "Tiles":
+        """Return tiles of as much as one of the arrays sounds, its ringing included."""
+        last = min(_length(one) for one in each)
+        step = STEP_BINS * self.bin_samples
+        kept = -(-(last + round(RINGING_S * self.sample_rate)) // step) * step
+        if kept > WORTH * self.n_samples:
+            return self
+        return _tiles(self.sample_rate, kept, self.bin_samples)
+
+    @cached_property
+    def _nodes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Bins on both sides of each sample, and how near the later one is."""
         place = (np.arange(self.n_samples) + 0.5) / self.bin_samples - 0.5
         low = np.clip(np.floor(place).astype(int), 0, max(self.bins - 2, 0))
         high = np.minimum(low + 1, self.bins - 1)
-        part = np.clip(place - low, 0.0, 1.0)
+        return low, high, np.clip(place - low, 0.0, 1.0)
+
+    def _spread(self, values: np.ndarray) -> np.ndarray:
+        """Interpolate from bins to samples."""
+        low, high, part = self._nodes
         return values[..., low] * (1 - part) + values[..., high] * part
+
+
+@lru_cache(maxsize=32)
+def _tiles(sample_rate: float, n_samples: int, bin_length: int) -> Tiles:
+    return Tiles(sample_rate, n_samples, bin_length)
+
+
+def _length(responses: np.ndarray) -> int:
+    """Return the samples up to the last sound."""
+    heard = np.flatnonzero((responses != 0).any(axis=0))
+    return int(heard[-1]) + 1 if len(heard) else 0
