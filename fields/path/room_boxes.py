@@ -9,21 +9,22 @@ from fields.path.box import FAR_M, Box, assemble_boxes, walled
 from fields.path.direct import DirectSound
 from fields.path.fitset import FitSet
 from fields.path.scan import ScanSignals, judge_planes, scan_planes, scan_signals
-from fields.path.shoebox import fit_shoebox
-from fields.path.supposed import suppose_box
+from fields.path.shoebox import STAGES, _staged, _start
 
 __all__ = ["hear_boxes"]
 
 FloatArray = NDArray[np.float64]
 SCAN_ROWS, LEAST_ROWS = 120, 12
 MOST_Z = 12.0
+OWN_FRAME = 0.8
+"""Rooms of one building mostly share a frame; one room alone tells it roughly."""
 LEAST_WALLS = 4
 ALIGNED_DEG = 1.5
 SAME_WALL_M = 0.15
 POOLED, SHARE = 2.5, 0.3
 """What speaks for a wall that is known from the next room."""
 BEYOND_M = 0.05
-REACH_M = 20.0
+FIT_ROWS, FIT_S = 60, 0.04
 
 
 def hear_boxes(rooms: list[FitSet], direct: DirectSound) -> list[Box | None]:
@@ -39,30 +40,50 @@ def hear_boxes(rooms: list[FitSet], direct: DirectSound) -> list[Box | None]:
     direct : DirectSound
         What direct sounds have in common.
     """
-    told = [
-        None if len(rows) < LEAST_ROWS else _scanned(rows, direct) for rows in rooms
-    ]
-    heard = [k for k, one in enumerate(told) if one is not None]
-    if not heard:
-        return [None] * len(rooms)
-    best = max(heard, key=lambda k: _clearness(told[k][1][0]))
+    scans = {}
+    for k, rows in enumerate(rooms):
+        scan = _scanned(rows, direct) if len(rows) >= LEAST_ROWS else None
+        if scan is not None:
+            scans[k] = scan
     boxes: list[Box | None] = [None] * len(rooms)
-    for k in sorted(heard, key=lambda k: k != best):
-        signals, own = told[k]
-        if k == best:
-            box = suppose_box(rooms[k], direct, own).box
-            lone = _apart(box, rooms, k)
-            if lone.heard.all():
-                reach_m = REACH_M
-                box = fit_shoebox(rooms[k], direct, box, reach_m).room.box
-            boxes[k] = lone if not lone.heard.all() else box
-            continue
-        known = [box for box in boxes if box is not None]
-        tried = own + [walled(signals, box.axes) for box in known]
-        tried = [_going_on(box, signals[-1], known) for box in tried]
-        tried = [_apart(box, rooms, k) for box in tried]
-        boxes[k] = max(tried, key=_clearness)
+    known: list[Box] = []
+    for k in sorted(scans, key=lambda k: -_clearness(scans[k][1][0])):
+        signals, own = scans[k]
+        if known:
+            box = _framed(signals, own, known[0])
+            box = _apart(_going_on(box, signals[-1], known), rooms, k)
+        else:
+            box = own[0] if own[0].heard.all() else _supposed(rooms[k], direct, own)
+            box = _apart(box, rooms, k)
+            if box.heard.all():
+                box = _fitted(rooms[k], direct, box)
+        boxes[k] = box
+        known.append(box)
     return boxes
+
+
+def _fitted(rows: FitSet, direct: DirectSound, box: Box) -> Box:
+    """Return the box as first reflections and their like put it."""
+    few = rows.spread(FIT_ROWS).cut(round(FIT_S * rows.sample_rate))
+    room = _start(rows, direct, box)
+    room = replace(room, reach_m=FIT_S * rows.speed_of_sound)
+    for step in STAGES:
+        if 2.4 * step.edge_hz <= rows.sample_rate:
+            room = _staged(few, room, step)
+    return room.box
+
+
+def _supposed(rows: FitSet, direct: DirectSound, boxes: list[Box]) -> Box:
+    from fields.path.supposed import suppose_box
+
+    return suppose_box(rows, direct, boxes).box
+
+
+def _framed(signals: list[ScanSignals], own: list[Box], first: Box) -> Box:
+    """Return the box in the frame of another room unless its own is clearer."""
+    shared = walled(signals, first.axes)
+    best = max(own, key=_clearness)
+    return best if OWN_FRAME * _clearness(best) > _clearness(shared) else shared
 
 
 def _scanned(
