@@ -18,6 +18,7 @@ from fields.frame import SceneFrame
 from fields.path.acoustics import Acoustics
 from fields.path.fitset import FitSet
 from fields.path.ground_plan import GroundPlan, plan_of
+from fields.path.guard import guarded
 from fields.path.hearing import hear_room
 from fields.path.network import Joined
 from fields.path.polyhedron import Polyhedron
@@ -149,8 +150,9 @@ def fit(data: FieldData, config: Config, plan: TrainingPlan) -> PathField:
     sizes = asdict(config)
     steps = sizes.pop("network_steps")
     shape = drawn_shape(sizes.pop("geometry"), data.frame)
+    rows = FitSet.of(data)
     acoustics = hear_room(
-        FitSet.of(data),
+        rows,
         **sizes,
         listening=data.frame.listener_gain,
         emitting=data.frame.emitter_gain,
@@ -158,6 +160,8 @@ def fit(data: FieldData, config: Config, plan: TrainingPlan) -> PathField:
         shape=shape,
     )
     joined = None
+    if config.late:
+        acoustics = guarded(acoustics, rows)
     if steps > 0 and config.late and needs_network(acoustics, len(data)):
         alike = not unequal(data.frame) and not (
             acoustics.rest and acoustics.rest.aimed

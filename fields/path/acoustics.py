@@ -110,6 +110,7 @@ class Acoustics:
         nearest = None
         if rows:
             rows["samples_a_metre"] = float(rows["samples_a_metre"])  # type: ignore
+            rows["retimed"] = bool(rows.get("retimed", True))  # type: ignore
             nearest = NearestRows(**rows)  # type: ignore
         mesh = part_of(arrays, "mesh")
         fitted = room_from(room) if room else None

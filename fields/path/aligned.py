@@ -17,7 +17,7 @@ from fields.path.fitset import FitSet
 from fields.path.open_air import aimed_offsets
 from rir import Poses
 
-__all__ = ["AlignedRows"]
+__all__ = ["AlignedRows", "squares"]
 
 FloatArray = NDArray[np.float64]
 NEIGHBOURS = 6
@@ -95,7 +95,7 @@ class AlignedRows:
         unheard = rows.emitters.positions
         if rows.n_places < 2:
             own, near, unheard = self.listeners, APART_M, rows.listeners.positions
-        hidden = _squares(unheard, own) < near**2
+        hidden = squares(unheard, own) < near**2
         ends = rows.emitters, rows.listeners
         return self._answer(*ends, rows.n_samples, aimed, hidden)
 
@@ -115,7 +115,7 @@ class AlignedRows:
             part = slice(start, start + CHUNK)
             gaps = self._gaps(first[part], second[part])
             if aimed:
-                gaps = _squares(offsets[part], self.offsets) + FAINT * gaps
+                gaps = squares(offsets[part], self.offsets) + FAINT * gaps
             if hidden is not None:
                 gaps = np.where(hidden[part], FAR, gaps)
             out[part] = self._mixed(gaps, reach[part], n_samples)
@@ -123,8 +123,8 @@ class AlignedRows:
 
     def _gaps(self, first: FloatArray, second: FloatArray) -> FloatArray:
         """Return squared distances to all rows, the nearer order of the ends."""
-        there = _squares(first, self.emitters) + _squares(second, self.listeners)
-        back = _squares(first, self.listeners) + _squares(second, self.emitters)
+        there = squares(first, self.emitters) + squares(second, self.listeners)
+        back = squares(first, self.listeners) + squares(second, self.emitters)
         return np.minimum(there, back)
 
     def _mixed(self, gaps: FloatArray, reach: FloatArray, n_samples: int) -> FloatArray:
@@ -150,5 +150,6 @@ class AlignedRows:
         return np.linalg.norm(self.emitters - self.listeners, axis=1)
 
 
-def _squares(first: FloatArray, second: FloatArray) -> FloatArray:
+def squares(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Return squared distances, (places, 3) by (others, 3)."""
     return ((first[:, None] - second) ** 2).sum(axis=-1)

@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 from fields.data import FieldData
 from fields.path.acoustics import Acoustics
 from fields.path.aligned import AlignedRows
+from fields.path.fallback import NearestRows
 from fields.path.fitset import FitSet
+from fields.path.guard import beaten_by_nearest
 from fields.path.network import Joined, train_network
 from fields.path.proof import prove
 from fields.plan import TrainingPlan
@@ -34,7 +36,9 @@ def needs_network(acoustics: Acoustics, rows: int) -> bool:
         return False
     rest = acoustics.rest
     if rest is None:
-        return acoustics.fitted is None
+        kept = acoustics.rows
+        silent = kept is not None and not kept.responses.any()
+        return acoustics.fitted is None and not silent
     walls = acoustics.report()["walls"]
     if walls and acoustics.unexplained <= POOR:
         return False
@@ -68,9 +72,11 @@ def with_network(
     told = _told(acoustics, rows, unheard)
     joined = Joined.fit(network, unheard.responses, told, said)
     both = joined.joined(told, said)
-    proof = prove(unheard, {"rest": told, "both": both, "network": said})
+    nearest = NearestRows.of(rows).left_out(unheard)
+    answers = {"rest": told, "both": both, "network": said, "nearest": nearest}
+    proof = prove(unheard, answers)
     scores = f"{proof.ratio('both', 'rest'):.2f} of its errors at places left out"
-    if proof.best == "rest":
+    if proof.best in ("rest", "nearest") or beaten_by_nearest(proof, proof.best):
         return None, ["a trained network knows no more of this room"]
     if proof.best == "both":
         return joined, [f"a trained network is joined to the rest: {scores}"]
@@ -80,6 +86,8 @@ def with_network(
 def _told(acoustics: Acoustics, rows: FitSet, unheard: FitSet) -> FloatArray:
     """Return what is said of rows without having heard their emitter."""
     kept: Any = acoustics.fitted
+    if acoustics.rows is not None:
+        return acoustics.rows.left_out(unheard)
     if kept is None or acoustics.rest is None:
         return AlignedRows.of(rows).left_out(unheard)
     early = kept.predict(unheard.emitters, unheard.listeners, rows.n_samples)

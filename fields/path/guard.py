@@ -1,0 +1,65 @@
+"""Whatever answers must be nearer than the nearest response, or that is answered."""
+
+from dataclasses import replace
+
+from fields.path.acoustics import Acoustics
+from fields.path.fallback import NearestRows
+from fields.path.fitset import FitSet
+from fields.path.proof import MOST_ROWS, Proof, likeness, prove
+
+__all__ = ["beaten_by_nearest", "guarded"]
+
+DOUBTFUL = 0.2
+"""Rooms whose paths leave less of the energy are not asked."""
+LEAST_ROWS = 16
+WORSE = 1.05
+CHIEF = ("C50", "STFT")
+
+
+def beaten_by_nearest(proof: Proof, name: str, nearest: str = "nearest") -> bool:
+    """Return whether an answer is worse than another, in all or in the chief metrics.
+
+    Examples
+    --------
+    >>> proof = Proof({"a": {"C50": 2.0, "T60": 1.0}, "nearest": {"C50": 1, "T60": 9}})
+    >>> beaten_by_nearest(proof, "a")
+    True
+    """
+    told, plain = proof.scores[name], proof.scores[nearest]
+    chief = {one: told[one] for one in CHIEF if one in told}
+    return max(likeness(told, plain), likeness(chief, plain)) > WORSE
+
+
+def guarded(acoustics: Acoustics, rows: FitSet) -> Acoustics:
+    """Return what was heard, or the nearest rows where they prove nearer.
+
+    Parameters
+    ----------
+    acoustics : Acoustics
+        What answers so far.
+    rows : FitSet
+        All measured rows.
+    """
+    fitted, rest = acoustics.fitted, acoustics.rest
+    if fitted is None or rest is None or acoustics.unexplained < DOUBTFUL:
+        return acoustics
+    if len(rows) < LEAST_ROWS:
+        return acoustics
+    nearest = NearestRows.of(rows)
+    judged = rows.spread(MOST_ROWS)
+    early = fitted.predict(judged.emitters, judged.listeners, rows.n_samples)
+    told = {"told": rest.left_out(early, judged), "nearest": nearest.left_out(judged)}
+    if not beaten_by_nearest(prove(judged, told), "told"):
+        return acoustics
+    words = (
+        "the nearest response is answered: at emitter places left out nothing else "
+        "came nearer; check poses, their units and the sample rate"
+    )
+    return replace(
+        acoustics,
+        fitted=None,
+        rows=nearest,
+        rest=None,
+        unexplained=1.0,
+        alarms=[*acoustics.alarms, words],
+    )

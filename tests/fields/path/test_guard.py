@@ -1,0 +1,65 @@
+"""Sets whose poses, units or rates are wrong: never worse than the nearest row."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.testing import assert_allclose, assert_array_equal
+
+from fields.path.acoustics import Acoustics
+from fields.path.fallback import NearestRows
+from fields.path.fitset import place_numbers
+from fields.path.guard import guarded
+from fields.path.hearing import hear_room
+from rir import Poses
+
+
+def in_units(rows, factor):
+    first, second = factor * rows.emitters.positions, factor * rows.listeners.positions
+    return replace(
+        rows,
+        emitters=Poses(first, rows.emitters.orientations),
+        listeners=Poses(second, rows.listeners.orientations),
+        places=place_numbers(first),
+    )
+
+
+def test_poses_told_in_feet_are_answered_by_the_nearest_row(box_set, unseen_set):
+    rows, asked = in_units(box_set, 3.28), in_units(unseen_set, 3.28)
+    acoustics = guarded(hear_room(rows), rows)
+    told = acoustics.predict(asked.emitters, asked.listeners, asked.n_samples)
+    kept = NearestRows.of(rows)
+    assert_array_equal(
+        told, kept.predict(asked.emitters, asked.listeners, asked.n_samples)
+    )
+    assert any("check poses, their units" in one for one in acoustics.alarms)
+
+
+def test_rows_that_do_not_follow_the_poses_are_not_retimed(box_set):
+    rng = np.random.default_rng(1)
+    noise = replace(box_set, responses=rng.standard_normal(box_set.responses.shape))
+    assert not NearestRows.of(noise).retimed
+    assert NearestRows.of(box_set).retimed
+
+
+def test_a_place_left_out_is_told_by_others_only(box_set):
+    kept = replace(NearestRows.of(box_set), retimed=False)
+    told = kept.left_out(box_set)
+    own = [
+        np.flatnonzero((np.abs(row - kept.responses) < 1e-6).all(axis=1))[0]
+        for row in told
+    ]
+    assert (box_set.places[own] != box_set.places).all()
+
+
+def test_nearest_rows_are_stored_with_how_they_answer(box_set):
+    kept = replace(NearestRows.of(box_set), retimed=False)
+    again = Acoustics.from_arrays(Acoustics(None, kept, None, 1.0).as_arrays()).rows
+    assert again is not None
+    assert again.retimed is False
+    ends = box_set.emitters, box_set.listeners, box_set.n_samples
+    assert_allclose(again.predict(*ends), kept.predict(*ends))
+
+
+def test_a_room_that_is_understood_is_left_alone(box_set):
+    acoustics = hear_room(box_set)
+    assert guarded(acoustics, box_set) is acoustics
