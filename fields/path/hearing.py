@@ -12,6 +12,7 @@ from fields.path.fallback import NearestRows
 from fields.path.fitset import FitSet
 from fields.path.onward import followed
 from fields.path.open_air import fit_open_air
+from fields.path.joining import join_rooms
 from fields.path.opened import open_box
 from fields.path.polyhedral import FittedMesh, fit_drawn, mesh_alarms
 from fields.path.polyhedron import Polyhedron
@@ -171,6 +172,12 @@ def _fitted(
         alarms.append("the fit of the walls found did not come to an end")
         return None, alarms
     opened = open_box(rows, direct, fitted, reach_s, listening)
+    if opened.fitted is None and found.unsure:
+        names = ", ".join(WALL_NAMES[wall] for wall in found.unsure)
+        alarms.append(
+            f"walls {names} explain little: each may be the echo of others, or stand "
+            "elsewhere"
+        )
     return opened.fitted or fitted, alarms + opened.alarms
 
 

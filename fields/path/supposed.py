@@ -31,6 +31,8 @@ CLEAR = 0.01
 BETTER = 0.97
 POOR, FEW_PLACES, YAW_STEP_DEG = 0.1, 3, 1.5
 FIRST_FACTOR = 0.75
+IDLE, UNSURE = 1.01, 1.15
+"""A wall that is left out, and one that is doubted; see `Supposed.doubts`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +56,13 @@ class Supposed:
     room: BoxRoom
     left: float
     doubts: FloatArray
+
+    @property
+    def unsure(self) -> list[int]:
+        """Walls that could nearly as well stand elsewhere or nowhere."""
+        if self.left < POOR:
+            return []
+        return np.flatnonzero(self.box.heard & (self.doubts < UNSURE)).tolist()
 
 
 def suppose_box(
@@ -82,7 +91,17 @@ def suppose_box(
         other, others = _settled(low, [walled(signals, one) for one in _upright()])
         if other.left < BETTER * best.left:
             best, doubts = other, others
+    best = _without_idle(low, best, doubts)
     return Supposed(best.box, low.told(best.room), best.left, doubts)
+
+
+def _without_idle(low: LowSound, best: Trial, doubts: FloatArray) -> Trial:
+    """Return the room without walls that explain nothing: none is invented."""
+    idle = best.box.heard & (doubts < IDLE)
+    room = best.room
+    for wall in np.flatnonzero(idle):
+        room = _with_wall(room, int(wall), None)
+    return low.tried(room, TURNS) if idle.any() else best
 
 
 def _upright() -> FloatArray:
