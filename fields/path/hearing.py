@@ -10,9 +10,9 @@ from fields.path.direct import read_direct
 from fields.path.doubtful import doubtful_rows, doubtful_words
 from fields.path.fallback import NearestRows
 from fields.path.fitset import FitSet
+from fields.path.joining import join_rooms
 from fields.path.onward import followed
 from fields.path.open_air import fit_open_air
-from fields.path.joining import join_rooms
 from fields.path.opened import open_box
 from fields.path.polyhedral import FittedMesh, fit_drawn, mesh_alarms
 from fields.path.polyhedron import Polyhedron
@@ -77,6 +77,8 @@ def hear_room(
     # sound of paths that are not listed must not be taken for the source's
     known = rows.cut(round(reach_s * rows.sample_rate))
     fitted, alarms = _fitted(known, scan_rows, reach_s, listening, shape)
+    if shape is None:
+        fitted, alarms = join_rooms(known, fitted, alarms, reach_s, listening)
     patterns = listening, emitting, aimed
     if fitted is None:
         return _without_room(rows, alarms, late, *patterns)

@@ -93,7 +93,7 @@ def scan_jambs(
     found: list[Jamb] = []
     while len(found) < MOST and len(left) >= least:
         ends = first[left], second[left]
-        ways = way_lengths(grid, *ends).astype(np.float32)
+        ways = way_lengths(grid, *ends)
         direct = np.linalg.norm(ends[0] - ends[1], axis=1)
         chance = max(
             _best(grid, ways, ends, direct + _dealt(lengths[left] - direct, part))[1]
@@ -133,5 +133,5 @@ def _dealt(values: FloatArray, part: float) -> FloatArray:
 
 
 def _votes(ways: FloatArray, lengths: FloatArray, width: float) -> FloatArray:
-    gap = (ways - lengths.astype(ways.dtype)) / width
+    gap = (ways - lengths) / width
     return np.maximum(1 - 0.25 * gap * gap, 0).sum(axis=1)

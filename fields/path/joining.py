@@ -7,13 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fields.path.box import Box
-from fields.path.direct import DirectSound
+from fields.path.direct import DirectSound, read_direct
 from fields.path.fitset import FitSet
 from fields.path.onsets import read_onsets
-from fields.path.opened import BETTER, EXPLAINING, JUDGED_ROWS, Opened, left_over
+from fields.path.opened import BETTER, EXPLAINING, JUDGED_ROWS, left_over
 from fields.path.opening import Opening
 from fields.path.polyhedral import FittedMesh, fit_polyhedron
 from fields.path.polyhedron import Polyhedron
+from fields.path.regions import Regions
 from fields.path.room_boxes import hear_boxes
 from fields.path.shoebox import FittedRoom
 from fields.path.sight import Sight, read_sight
@@ -25,6 +26,7 @@ __all__ = ["Joined", "find_joined", "join_rooms"]
 
 FloatArray = NDArray[np.float64]
 WORTH_JOINING = 0.05
+LEAST_ROWS, LEAST_CLEARNESS = 12, 4.0
 EDGES = ("one side", "the other side", "lower edge", "upper edge")
 
 
@@ -52,32 +54,64 @@ class Joined:
 
 def join_rooms(
     rows: FitSet,
-    direct: DirectSound,
     fitted: FittedRoom | FittedMesh | None,
+    alarms: list[str],
     reach_s: float,
     listening: GainPattern | None = None,
-) -> Opened:
-    """Try whether several rooms tell the rows better than what stands now."""
+) -> tuple[FittedRoom | FittedMesh | None, list[str]]:
+    """Return several rooms where they tell the rows better than what stands.
+
+    Parameters
+    ----------
+    rows : FitSet
+        Measured rows.
+    fitted : FittedRoom, FittedMesh or None
+        What was found as one room.
+    alarms : list of str
+        What is to be said of it.
+    reach_s : float
+        Longest path, seconds.
+    listening : GainPattern, optional
+        Known pattern of the listener.
+
+    Returns
+    -------
+    FittedRoom, FittedMesh or None
+        Several rooms, or `fitted` as it was.
+    list of str
+        What is to be said of what is returned.
+    """
+    if rows.n_places < 2 or len(rows) < 2 * LEAST_ROWS:
+        return fitted, alarms
+    direct = read_direct(rows)
+    if direct.clearness < LEAST_CLEARNESS:
+        return fitted, alarms
+    sight = read_sight(rows, direct)
+    regions = sight.regions(rows)
     few = rows.spread(JUDGED_ROWS)
+    if regions.count < 2:
+        return fitted, alarms
     before = 1.0 if fitted is None else left_over(few, fitted)
-    if rows.n_places < 2 or before < WORTH_JOINING:
-        return Opened(None)
-    joined = find_joined(rows, direct)
+    if before < WORTH_JOINING:
+        return fitted, alarms
+    joined = find_joined(rows, direct, sight, regions)
     if joined.shape is None:
-        return Opened(None, joined.alarms)
+        return fitted, alarms + joined.alarms
     reach_m = reach_s * rows.speed_of_sound
     try:
         found = fit_polyhedron(rows, direct, joined.shape, reach_m, listening)
     except np.linalg.LinAlgError:
-        return Opened(None)
+        return fitted, alarms
     after = left_over(few, found)
     if after > BETTER * before and before - after < EXPLAINING * (1 - before):
-        return Opened(None)
-    return Opened(found, joined.alarms)
+        return fitted, alarms
+    return found, joined.alarms
 
 
-def find_joined(rows: FitSet, direct: DirectSound) -> Joined:
-    """Put rooms together from who hears whom; nothing where all see each other.
+def find_joined(
+    rows: FitSet, direct: DirectSound, sight: Sight, regions: Regions
+) -> Joined:
+    """Put rooms together from who hears whom.
 
     Parameters
     ----------
@@ -85,13 +119,13 @@ def find_joined(rows: FitSet, direct: DirectSound) -> Joined:
         Measured rows.
     direct : DirectSound
         What their direct sounds have in common.
+    sight : Sight
+        Who sees whom.
+    regions : Regions
+        Two rooms or more.
     """
-    sight = read_sight(rows, direct)
-    regions = sight.regions(rows)
-    if regions.count < 2:
-        return Joined(None)
     ends = rows.emitters.positions, rows.listeners.positions
-    numbers = [regions.numbers(one) for one in ends]
+    numbers = np.stack([regions.numbers(one) for one in ends])
     own = [
         rows.rows(np.flatnonzero((numbers[0] == k) & (numbers[1] == k)))
         for k in range(regions.count)
