@@ -11,7 +11,7 @@ __all__ = ["Tiles"]
 
 LOWEST_HZ = 125.0
 SHORT_S, SHORT_BIN_S, LONG_BIN_S = 0.25, 0.005, 0.01
-CHUNK = 64
+CHUNK_SAMPLES = 2**18
 RINGING_S = 0.02
 STEP_BINS, WORTH = 16, 0.7
 """Silent ends are left out in steps of so many bins, where so little is left."""
@@ -116,8 +116,8 @@ class Tiles:
             told = short.products(begun, other)
             out[..., : short.bins] = told
             return out
-        for start in range(0, len(first), CHUNK):
-            rows = slice(start, start + CHUNK)
+        for start in range(0, len(first), self._chunk):
+            rows = slice(start, start + self._chunk)
             parts = self.split(first[rows])
             others = parts if first is second else self.split(second[rows])
             out[rows] = self.sums(parts * others)
@@ -140,13 +140,11 @@ class Tiles:
             cut = slice(0, short.n_samples)
             out[:, cut] = short.gained(responses[:, cut], gains[..., : short.bins])
             return out
-        for start in range(0, len(responses), CHUNK):
-            rows = slice(start, start + CHUNK)
+        for start in range(0, len(responses), self._chunk):
+            rows = slice(start, start + self._chunk)
             change = gains[rows] - 1
             if change.any():
-                wave = self._spread(change)
-                parts = self.split(responses[rows])
-                out[rows] += np.einsum("rbn,rbn->rn", wave, parts)
+                out[rows] += self._weighted(self.split(responses[rows]), change)
         return out
 
     def joined(self, parts: np.ndarray, gains: np.ndarray) -> np.ndarray:
@@ -160,13 +158,19 @@ class Tiles:
             Shape (rows, bands, bins).
         """
         out = np.empty((len(gains), self.n_samples))
-        low, high, part = self._nodes
-        edges = np.flatnonzero(np.diff(low, prepend=-1))
-        for start, end in zip(edges, [*edges[1:], self.n_samples], strict=True):
-            here = slice(start, end)
-            late = parts[:, here] * part[here]
-            out[:, here] = gains[..., low[start]] @ (parts[:, here] - late)
-            out[:, here] += gains[..., high[start]] @ late
+        for low, high, here, part in self._pieces:
+            late = parts[:, here] * part
+            out[:, here] = gains[..., low] @ (parts[:, here] - late)
+            out[:, here] += gains[..., high] @ late
+        return out
+
+    def _weighted(self, parts: np.ndarray, gains: np.ndarray) -> np.ndarray:
+        """Return the sum of each row's octaves with gains, smooth between bins."""
+        out = np.empty((len(parts), self.n_samples))
+        for low, high, here, part in self._pieces:
+            early, late = gains[..., low], gains[..., high]
+            wave = early[..., None] + (late - early)[..., None] * part
+            out[:, here] = (wave * parts[..., here]).sum(axis=1)
         return out
 
     def _sounding(self, *each: np.ndarray) -> "Tiles":
@@ -178,18 +182,23 @@ class Tiles:
             return self
         return _tiles(self.sample_rate, kept, self.bin_samples)
 
+    @property
+    def _chunk(self) -> int:
+        """Rows whose octaves a fast memory holds."""
+        return max(CHUNK_SAMPLES // (len(self.centers) * self._length), 1)
+
     @cached_property
-    def _nodes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Bins on both sides of each sample, and how near the later one is."""
+    def _pieces(self) -> list[tuple[int, int, slice, np.ndarray]]:
+        """Bins on both sides of runs of samples, and how near the later one is."""
         place = (np.arange(self.n_samples) + 0.5) / self.bin_samples - 0.5
         low = np.clip(np.floor(place).astype(int), 0, max(self.bins - 2, 0))
-        high = np.minimum(low + 1, self.bins - 1)
-        return low, high, np.clip(place - low, 0.0, 1.0)
-
-    def _spread(self, values: np.ndarray) -> np.ndarray:
-        """Interpolate from bins to samples."""
-        low, high, part = self._nodes
-        return values[..., low] * (1 - part) + values[..., high] * part
+        part = np.clip(place - low, 0.0, 1.0)
+        edges = np.flatnonzero(np.diff(low, prepend=-1))
+        runs = zip(edges, [*edges[1:], self.n_samples], strict=True)
+        return [
+            (int(low[a]), min(int(low[a]) + 1, self.bins - 1), slice(a, b), part[a:b])
+            for a, b in runs
+        ]
 
 
 @lru_cache(maxsize=32)
