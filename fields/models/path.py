@@ -16,11 +16,13 @@ from fields.data import FieldData
 from fields.field import paired_queries
 from fields.frame import SceneFrame
 from fields.path.acoustics import Acoustics
+from fields.path.fallback import NearestRows
 from fields.path.fitset import FitSet
 from fields.path.ground_plan import GroundPlan, plan_of
 from fields.path.guard import guarded
 from fields.path.hearing import hear_room
 from fields.path.network import Joined
+from fields.path.pace import paced
 from fields.path.polyhedron import Polyhedron
 from fields.path.residual import needs_network, with_network
 from fields.plan import TrainingPlan
@@ -150,7 +152,13 @@ def fit(data: FieldData, config: Config, plan: TrainingPlan) -> PathField:
     sizes = asdict(config)
     steps = sizes.pop("network_steps")
     shape = drawn_shape(sizes.pop("geometry"), data.frame)
-    rows = FitSet.of(data)
+    rows, doubts = paced(FitSet.of(data))
+    if doubts:
+        nearest = NearestRows.of(rows)
+        words = [*doubts, "the nearest response is answered"]
+        return PathField(
+            Acoustics(None, nearest, None, 1.0, words), data.frame, config, _ends(data)
+        )
     acoustics = hear_room(
         rows,
         **sizes,
@@ -168,8 +176,11 @@ def fit(data: FieldData, config: Config, plan: TrainingPlan) -> PathField:
         )
         joined, words = with_network(acoustics, data, plan, steps, alike=alike)
         acoustics.alarms.extend(words)
-    ends = data.endpoints[:: -(-len(data) // MOST_ENDS)]
-    return PathField(acoustics, data.frame, config, ends, joined)
+    return PathField(acoustics, data.frame, config, _ends(data), joined)
+
+
+def _ends(data: FieldData) -> np.ndarray:
+    return data.endpoints[:: -(-len(data) // MOST_ENDS)]
 
 
 def unequal(frame: SceneFrame) -> bool | None:
