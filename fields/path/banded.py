@@ -32,6 +32,8 @@ LOW_HZ, MIDDLE_HZ, HIGH_HZ = 200.0, 2000.0, 6000.0
 ORDERS = 24
 DEEP_HZ, TREND = 110.0, (0.6, 1.0)
 RINGING_HZ, SOFTER = 200.0, (0.1, 0.3, 0.6, 1.0, 1.5)
+PROVEN = 1.02
+"""Rows kept out proved what stands in the room; wrong poses may hide its worth."""
 UNHEARD = 0.6
 """Images that leave more of the clearest bands' energy are not worth the turns."""
 HOPELESS = 0.7
@@ -132,7 +134,8 @@ def in_half_octaves(
     # the first rows of a spread are those that were fitted
     fresh = judged.spread_rest(ROWS) if len(judged) > ROWS + FEW else judged
     gain = _gap(fresh, better) / max(_gap(fresh, fitted), 1e-300)
-    if gain >= WORTH:
+    proven = banded.occluders is not None or banded.scatterers is not None
+    if gain >= (PROVEN if proven else WORTH):
         return None
     return replace(better, tones=_tones(rows.spread(TONED), better))
 

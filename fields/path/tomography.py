@@ -28,7 +28,7 @@ EARLY_S = 0.03
 TURNS, COSTS = 300, (0.03, 0.1, 0.3, 1.0)
 LEAST_ROWS, HEARD_ROWS, WALLS_HZ = 24, 300, 110.0
 HINT = 0.97
-KEPT_OUT, WORTH, FEW, LITTLE = 4, 0.85, 0.05, 0.003
+KEPT_OUT, WORTH, FEW, LITTLE, SHARES = 4, 0.85, 0.02, 0.003, 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +161,8 @@ def _solved_gains(
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
     """Return covariances and changes of gains that are expected to change by 1."""
     noise = np.maximum(noise, 1e-300)
-    inverse = np.linalg.inv(square / noise[:, None, None] + np.eye(PATHS))
+    whole = square / noise[:, None, None] + np.eye(PATHS)
+    inverse = np.asarray(np.linalg.inv(whole), dtype=np.complex128)
     return inverse, np.einsum("rpq,rq->rp", inverse, right / noise[:, None])
 
 
@@ -232,12 +233,25 @@ def find_occluders(
 def _freed(
     matrix: Any, nepers: FloatArray, weights: FloatArray, cost: float
 ) -> FloatArray:
-    """Return voxels at little cost where costly ones are not empty."""
+    """Return voxels at little cost where costly ones are not empty.
+
+    All bands share one shape, each at its own level.
+    """
     depths = _solved(matrix, nepers, weights, cost)
     few = depths.mean(axis=1) > FEW * depths.mean(axis=1).max(initial=0.0)
     out = np.zeros_like(depths)
-    if few.any():
-        out[few] = _solved(matrix[:, few], nepers, weights, LITTLE)
+    if not few.any():
+        return out
+    some, levels = matrix[:, few], depths[few].sum(axis=0)
+    shape = np.zeros(int(few.sum()))
+    for _ in range(SHARES):
+        weight = (weights * levels**2).sum(axis=1)
+        mean = (weights * levels * nepers).sum(axis=1) / np.maximum(weight, 1e-300)
+        shape = _solved(some, mean[:, None], weight[:, None], LITTLE)
+        told = some @ shape
+        power = np.maximum((weights * told**2).sum(axis=0), 1e-300)
+        levels = np.maximum((weights * told * nepers).sum(axis=0) / power, 0.0)
+    out[few] = shape * levels
     return out
 
 
