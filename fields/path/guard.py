@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 
+import numpy as np
+
 from fields.path.acoustics import Acoustics
 from fields.path.fallback import NearestRows
 from fields.path.fitset import FitSet
@@ -13,6 +15,7 @@ DOUBTFUL = 0.2
 """Rooms whose paths leave less of the energy are not asked."""
 LEAST_ROWS = 16
 WORSE = 1.05
+SURE = 0.9
 CHIEF = ("C50", "STFT")
 
 
@@ -25,9 +28,16 @@ def beaten_by_nearest(proof: Proof, name: str, nearest: str = "nearest") -> bool
     >>> beaten_by_nearest(proof, "a")
     True
     """
-    told, plain = proof.scores[name], proof.scores[nearest]
+    return _beaten(proof, name, nearest) > WORSE
+
+
+def _beaten(proof: Proof, name: str, other: str) -> float:
+    """Return an answer's errors over another's, in all or in the chief metrics."""
+    if name not in proof.scores or other not in proof.scores:
+        return np.inf
+    told, plain = proof.scores[name], proof.scores[other]
     chief = {one: told[one] for one in CHIEF if one in told}
-    return max(likeness(told, plain), likeness(chief, plain)) > WORSE
+    return max(likeness(told, plain), likeness(chief, plain))
 
 
 def guarded(acoustics: Acoustics, rows: FitSet) -> Acoustics:
@@ -44,6 +54,9 @@ def guarded(acoustics: Acoustics, rows: FitSet) -> Acoustics:
     if fitted is None or rest is None or acoustics.unexplained < DOUBTFUL:
         return acoustics
     if len(rows) < LEAST_ROWS:
+        return acoustics
+    # rows laid on their direct sounds are seldom worse than the nearest of them
+    if _beaten(rest.proof, "path", "rows") < SURE:
         return acoustics
     nearest = NearestRows.of(rows)
     judged = rows.spread(MOST_ROWS)

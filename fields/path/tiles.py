@@ -123,6 +123,34 @@ class Tiles:
             out[rows] = self.sums(parts * others)
         return out
 
+    def compared(
+        self, measured: np.ndarray, told: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return energies of what is told, its products, and those of wrong rows.
+
+        Each of shape (rows, bands, bins); the last are products of measured rows
+        with what is told of the row before.
+        """
+        shape = 3, len(told), len(self.centers), self.bins
+        out = np.zeros(shape)
+        short = self._sounding(told)
+        if short is not self:
+            cut = slice(0, short.n_samples)
+            found = short.compared(measured[:, cut], told[:, cut])
+            out[..., : short.bins] = found
+            return out[0], out[1], out[2]
+        before = self.split(told[-1:])
+        for start in range(0, len(told), self._chunk):
+            rows = slice(start, start + self._chunk)
+            heard, parts = self.split(measured[rows]), self.split(told[rows])
+            wrong = np.concatenate([before, parts[:-1]])
+            before = parts[-1:]
+            for one, pair in enumerate(
+                ((parts, parts), (heard, parts), (heard, wrong))
+            ):
+                out[one, rows] = self.sums(pair[0] * pair[1])
+        return out[0], out[1], out[2]
+
     def gained(self, responses: np.ndarray, gains: np.ndarray) -> np.ndarray:
         """Return responses with a gain in each tile, smooth between bins.
 
