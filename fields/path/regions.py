@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from fields.path.membership import settle, spectral_start
+from fields.path.partition import split_by_planes
 
 __all__ = ["Regions", "apartness", "direct_levels", "find_regions", "sight_bits"]
 
@@ -201,6 +202,10 @@ def find_regions(
     for count in range(2, min(MOST_REGIONS, len(places)) + 1):
         start = spectral_start(places, pairs, seen, count)
         shares, score = settle(places, pairs, seen, start)
+        parted, parted_score = split_by_planes(places, pairs, seen, best.argmax(axis=1))
+        if parted_score > score:
+            _, groups = np.unique(parted, return_inverse=True)
+            shares, score = np.eye(count)[groups.reshape(-1)], parted_score
         if score < best_score + GAIN_PER_BIT * len(seen):
             break
         best, best_score = shares, score

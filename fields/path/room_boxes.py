@@ -9,7 +9,6 @@ from fields.path.box import FAR_M, Box, assemble_boxes, walled
 from fields.path.direct import DirectSound
 from fields.path.fitset import FitSet
 from fields.path.scan import ScanSignals, judge_planes, scan_planes, scan_signals
-from fields.path.shoebox import STAGES, _staged, _start
 
 __all__ = ["hear_boxes"]
 
@@ -19,18 +18,19 @@ MOST_Z = 12.0
 OWN_FRAME = 0.8
 """Rooms of one building mostly share a frame; one room alone tells it roughly."""
 LEAST_WALLS = 4
+TURNS_DEG = 0.3, 0.1, 0.03
 ALIGNED_DEG = 1.5
 SAME_WALL_M = 0.15
 POOLED, SHARE = 2.5, 0.3
 """What speaks for a wall that is known from the next room."""
 BEYOND_M = 0.05
-FIT_ROWS, FIT_S = 60, 0.04
 
 
 def hear_boxes(rooms: list[FitSet], direct: DirectSound) -> list[Box | None]:
     """Return the box round the pairs of each room; None where too little is heard.
 
-    The clearest room is fitted; its attitude is tried in all others, and its walls
+    The clearest room is turned to where its walls are clearest; its attitude is
+    tried in all others, and its walls
     where they would go on. A wall that would hold places of another room is unheard.
 
     Parameters
@@ -42,35 +42,52 @@ def hear_boxes(rooms: list[FitSet], direct: DirectSound) -> list[Box | None]:
     """
     scans = {}
     for k, rows in enumerate(rooms):
-        scan = _scanned(rows, direct) if len(rows) >= LEAST_ROWS else None
-        if scan is not None:
-            scans[k] = scan
+        if len(rows) >= LEAST_ROWS:
+            scans[k] = _scanned(rows, direct)
     boxes: list[Box | None] = [None] * len(rooms)
     known: list[Box] = []
-    for k in sorted(scans, key=lambda k: -_clearness(scans[k][1][0])):
+    clear = {k: max(map(_clearness, own), default=0.0) for k, (_, own) in scans.items()}
+    for k in sorted(scans, key=lambda k: -clear[k]):
         signals, own = scans[k]
         if known:
             box = _framed(signals, own, known[0])
             box = _apart(_going_on(box, signals[-1], known), rooms, k)
-        else:
+        elif own:
             box = own[0] if own[0].heard.all() else _supposed(rooms[k], direct, own)
-            box = _apart(box, rooms, k)
-            if box.heard.all():
-                box = _fitted(rooms[k], direct, box)
+            box = _apart(_turned(signals, box), rooms, k)
+        else:
+            return boxes
         boxes[k] = box
         known.append(box)
     return boxes
 
 
-def _fitted(rows: FitSet, direct: DirectSound, box: Box) -> Box:
-    """Return the box as first reflections and their like put it."""
-    few = rows.spread(FIT_ROWS).cut(round(FIT_S * rows.sample_rate))
-    room = _start(rows, direct, box)
-    room = replace(room, reach_m=FIT_S * rows.speed_of_sound)
-    for step in STAGES:
-        if 2.4 * step.edge_hz <= rows.sample_rate:
-            room = _staged(few, room, step)
-    return room.box
+def _framed(signals: list[ScanSignals], own: list[Box], first: Box) -> Box:
+    """Return the box in the frame of another room unless its own is clearer."""
+    shared = walled(signals, first.axes)
+    best = max(own, key=_clearness, default=shared)
+    return best if OWN_FRAME * _clearness(best) > _clearness(shared) else shared
+
+
+def _turned(signals: list[ScanSignals], box: Box) -> Box:
+    """Return the box turned by parts of a degree to where its walls are clearest."""
+    plain = _plainness(signals[-1], box)
+    for step in np.radians(TURNS_DEG):
+        for axis in [0, 1, 2, 0, 1, 2]:
+            for sign in (-1, 1):
+                while True:
+                    turned = box.turned(sign * step * np.eye(3)[axis])
+                    tried = walled(signals, turned.axes)
+                    now = _plainness(signals[-1], tried)
+                    if now <= plain or not (tried.heard | ~box.heard).all():
+                        break
+                    box, plain = tried, now
+    return box
+
+
+def _plainness(signals: ScanSignals, box: Box) -> float:
+    found = judge_planes(signals, box.planes[box.heard])
+    return float(sum(plane.strength for plane in found))
 
 
 def _supposed(rows: FitSet, direct: DirectSound, boxes: list[Box]) -> Box:
@@ -79,20 +96,11 @@ def _supposed(rows: FitSet, direct: DirectSound, boxes: list[Box]) -> Box:
     return suppose_box(rows, direct, boxes).box
 
 
-def _framed(signals: list[ScanSignals], own: list[Box], first: Box) -> Box:
-    """Return the box in the frame of another room unless its own is clearer."""
-    shared = walled(signals, first.axes)
-    best = max(own, key=_clearness)
-    return best if OWN_FRAME * _clearness(best) > _clearness(shared) else shared
-
-
-def _scanned(
-    rows: FitSet, direct: DirectSound
-) -> tuple[list[ScanSignals], list[Box]] | None:
+def _scanned(rows: FitSet, direct: DirectSound) -> tuple[list[ScanSignals], list[Box]]:
     signals = scan_signals(rows.spread(SCAN_ROWS), direct)
     boxes = assemble_boxes(signals, scan_planes(signals))
     boxes = [box for box in boxes if box.heard.sum() >= LEAST_WALLS]
-    return (signals, boxes) if boxes else None
+    return signals, boxes
 
 
 def _clearness(box: Box) -> float:
