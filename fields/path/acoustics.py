@@ -1,5 +1,6 @@
 """What answers for a room, and what it says of itself."""
 
+import json
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -7,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fields.path.fallback import NearestRows
+from fields.path.furnishing import Furnishing
 from fields.path.named import part_of, prefixed
 from fields.path.polyhedral import FittedMesh
 from fields.path.rest import Rest
@@ -36,6 +38,8 @@ class Acoustics:
         Part of the energy of the fitted rows that paths do not tell.
     alarms : list of str
         What a person should know.
+    recording : dict
+        What was found of recording blocks, the listener and the places of rows.
     """
 
     fitted: FittedRoom | FittedMesh | None
@@ -43,6 +47,7 @@ class Acoustics:
     rest: Rest | None
     unexplained: float
     alarms: list[str] = field(default_factory=list)
+    recording: dict[str, Any] = field(default_factory=dict)
 
     def predict(self, emitters: Poses, listeners: Poses, n_samples: int) -> FloatArray:
         """Return responses, shape (queries, n_samples)."""
@@ -67,6 +72,7 @@ class Acoustics:
     def report(self) -> dict[str, Any]:
         """Return what was found, in plain values."""
         told = {"alarms": list(self.alarms), "unexplained": float(self.unexplained)}
+        told |= self.recording
         if self.rest is not None:
             told["held_out"] = self.rest.proof.scores
         if self.fitted is None:
@@ -74,7 +80,7 @@ class Acoustics:
         if isinstance(self.fitted, FittedMesh):
             return told | self.fitted.report()
         room, spread = self.fitted.room, self.fitted.spreads()
-        heard = room.box.heard
+        heard, found = room.box.heard, Furnishing.of(self.fitted.banded)
         return told | {
             "walls": int(heard.sum()),
             "planes": room.box.planes[heard].tolist(),
@@ -84,6 +90,7 @@ class Acoustics:
             "speed_of_sound": float(room.speed_of_sound),
             "speed_of_sound_sd": float(spread[9]),
             "latency_s": float(room.latency_s),
+            **({"furnishing": found.as_dict()} if found else {}),
         }
 
     def as_arrays(self) -> dict[str, np.ndarray]:
@@ -91,6 +98,7 @@ class Acoustics:
         arrays: dict[str, np.ndarray] = {
             "unexplained": np.array(self.unexplained),
             "told": np.array(self.alarms, dtype=str),
+            "recording": np.array(json.dumps(self.recording)),
         }
         if isinstance(self.fitted, FittedMesh):
             arrays |= prefixed("mesh", self.fitted.as_arrays())
@@ -120,4 +128,5 @@ class Acoustics:
             Rest.from_arrays(rest) if rest else None,
             float(arrays["unexplained"]),
             [str(one) for one in arrays["told"]],
+            json.loads(str(arrays.get("recording", "{}"))),
         )

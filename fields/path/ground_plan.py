@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from fields.path.box import Box
 from fields.path.cells import cut_cells, label_cells, shape_of
+from fields.path.furnishing import Furnishing
 from fields.path.polyhedral import FittedMesh
 from fields.path.polyhedron import Polyhedron
 from fields.path.shoebox import FittedRoom
@@ -88,6 +89,8 @@ class GroundPlan:
         What a person should know, walls that were not heard among it.
     mark : str
         SIMULATED or MEASURED.
+    furnishing : Furnishing
+        What stands in the room.
     """
 
     walls: list[PlanWall]
@@ -98,6 +101,7 @@ class GroundPlan:
     unexplained: float
     mark: str
     alarms: list[str] = field(default_factory=list)
+    furnishing: Furnishing = field(default_factory=Furnishing)
 
     def save(self, path: Path) -> None:
         """Write the plan as JSON."""
@@ -108,6 +112,7 @@ class GroundPlan:
             "unexplained": self.unexplained,
             "alarms": self.alarms,
             "walls": [wall.as_dict() for wall in self.walls],
+            "furnishing": self.furnishing.as_dict(),
             "known": self.known.tolist(),
             "emitters": self.emitters.tolist(),
             "listeners": self.listeners.tolist(),
@@ -151,6 +156,7 @@ def plan_of(
         np.unique(listeners[:, :2].round(3), axis=0),
         np.array(pieces).reshape(-1, 2, 2),
         height,
+        furnishing=Furnishing.of(getattr(fitted, "banded", None)),
         **told,
     )
 

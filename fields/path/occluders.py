@@ -19,6 +19,7 @@ __all__ = ["Occluders", "voxels_of"]
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 VOXEL_M, SHADED_ORDER = 0.25, 3
+LEAST_VOXELS = 4
 SOLID = 0.35
 """Share of what most voxels in the way keep that makes a voxel solid."""
 
@@ -55,6 +56,25 @@ class Occluders:
             return np.zeros(self.shape, dtype=bool)
         least = SOLID * float(np.quantile(mean[mean > 0.1 * mean.max()], 0.9))
         return (mean > least).reshape(self.shape)
+
+    def blocks(self, box: "Box") -> list[tuple[FloatArray, FloatArray]]:
+        """Return low and high corner of each block, in the frame of the box.
+
+        Corners are relative to the box's origin; voxels that share a face are one
+        block, and lone ones none.
+        """
+        from scipy.ndimage import find_objects, label
+
+        step = (box.high - box.low) / self.shape
+        numbers, _ = label(self.solid)  # type: ignore[misc]
+        found = []
+        for number, where in enumerate(find_objects(numbers), start=1):
+            if (numbers[where] == number).sum() < LEAST_VOXELS:
+                continue
+            low = np.array([part.start for part in where])
+            high = np.array([part.stop for part in where])
+            found.append((box.low + low * step, box.low + high * step))
+        return found
 
     def banded(self, centers: FloatArray) -> FloatArray:
         """Return nepers a metre at other frequencies, shape (bands, voxels).

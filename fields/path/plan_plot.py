@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fields.path.furnishing import Furnishing
 from fields.path.ground_plan import GroundPlan, PlanWall
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ def draw_plan(path: Path, plan: GroundPlan) -> None:
         axes.plot(*np.stack([one, other]).T, color="0.6", lw=1, ls=":", zorder=1)
     for wall in plan.walls:
         _draw_wall(axes, wall)
+    _draw_furnishing(axes, plan.furnishing)
     axes.plot(*plan.listeners.T, ".", color="tab:blue", ms=3, zorder=0)
     axes.plot(*plan.emitters.T, "^", color="tab:red", ms=8, zorder=5)
     _name_marks(axes, len(plan.known) > 0)
@@ -65,6 +67,19 @@ def _draw_wall(axes: "Axes", wall: PlanWall) -> None:
     )
 
 
+def _draw_furnishing(axes: "Axes", found: Furnishing) -> None:
+    """Draw blocks as shades and small objects as rings as wide as they are loud."""
+    for square in found.squares:
+        axes.fill(*square.T, color="tab:orange", alpha=0.5, lw=0, zorder=1)
+    if len(found.squares):
+        axes.fill([], [], color="tab:orange", alpha=0.5, label="in the way of sound")
+    if len(found.points):
+        size = 30 + 1500 * np.clip(found.gains, 0, 0.3)
+        x, y = found.points[:, 0], found.points[:, 1]
+        axes.scatter(x, y, size, "none", edgecolors="tab:orange", zorder=4,
+                     label="small object, scattering")  # fmt: skip
+
+
 def _sureness(sd_mm: float) -> float:
     """Return 1 for a tenth of a millimetre and less, 0 for 3 cm and unknown."""
     if not np.isfinite(sd_mm):
@@ -97,6 +112,9 @@ def _lines(plan: GroundPlan) -> list[str]:
         if wall.level
     ]
     found = f"{len(plan.walls)} walls; " + ", ".join(levels)
+    if plan.furnishing:
+        count, blocks = len(plan.furnishing.points), len(plan.furnishing.blocks)
+        found += f"; {count} small objects, {blocks} blocks"
     lines = [f"{found}; {100 * plan.unexplained:.1f} % of the energy unexplained"]
     for alarm in plan.alarms[:MOST_ALARMS]:
         lines += wrap(f"! {alarm}", WIDTH)
