@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from fields.frame import SceneFrame
+from fields.recording import Recording, recording_of
 from fields.shape import known_shape
 from fields.surfaces import sample_surface
 from rir import Dataset, Poses
@@ -38,12 +39,15 @@ class FieldData:
         One pose a row.
     frame : SceneFrame
         Box, time axis and scale.
+    recording : Recording, optional
+        When the rows were recorded and how warm it was; None where unknown.
     """
 
     responses: np.ndarray
     emitters: Poses
     listeners: Poses
     frame: SceneFrame
+    recording: Recording | None = None
 
     def __len__(self) -> int:
         return len(self.responses)
@@ -55,6 +59,7 @@ class FieldData:
             responses=self.responses[index],
             emitters=self.emitters[index],
             listeners=self.listeners[index],
+            recording=None if self.recording is None else self.recording.rows(index),
         )
 
     @property
@@ -118,6 +123,7 @@ def prepare(
         dataset.emitters,
         dataset.listeners,
         frame,
+        recording_of(dataset),
     )
 
 

@@ -33,6 +33,8 @@ class FitSet:
         Number of the emitter's place, shape (rows,).
     blocks : ndarray
         Number of the recording block, shape (rows,); all 0 when unknown.
+    temperatures : ndarray, optional
+        Logged air temperature of each row, degrees Celsius; NaN where unknown.
     """
 
     responses: FloatArray
@@ -42,6 +44,7 @@ class FitSet:
     speed_of_sound: float
     places: IntArray
     blocks: IntArray
+    temperatures: FloatArray | None = None
 
     def __len__(self) -> int:
         return len(self.responses)
@@ -72,6 +75,9 @@ class FitSet:
             listeners=self.listeners[index],
             places=places.reshape(-1).astype(np.int64),
             blocks=self.blocks[index],
+            temperatures=None
+            if self.temperatures is None
+            else self.temperatures[index],
         )
 
     def spread(self, count: int) -> "FitSet":
@@ -93,7 +99,8 @@ class FitSet:
     @classmethod
     def of(cls, data: FieldData) -> "FitSet":
         """Take over the rows a field is trained on."""
-        rows = len(data)
+        recording = data.recording
+        blocks = np.zeros(len(data), dtype=np.int64)
         return cls(
             np.asarray(data.responses, dtype=np.float64),
             data.emitters,
@@ -101,7 +108,8 @@ class FitSet:
             float(data.frame.sample_rate),
             float(data.frame.speed_of_sound),
             place_numbers(data.emitters.positions),
-            np.zeros(rows, dtype=np.int64),
+            blocks if recording is None else recording.blocks,
+            None if recording is None else recording.temperatures,
         )
 
 

@@ -4,8 +4,10 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fields.path.acoustics import Acoustics
+from fields.path.air import at_one_temperature
 from fields.path.banded import in_half_octaves
 from fields.path.box import Box, assemble_boxes
+from fields.path.convex import try_convex
 from fields.path.direct import read_direct
 from fields.path.doubtful import doubtful_rows, doubtful_words
 from fields.path.fallback import NearestRows
@@ -20,6 +22,7 @@ from fields.path.pose_spread import pose_alarms
 from fields.path.rest import Rest
 from fields.path.room import MOST_IMAGES
 from fields.path.scan import scan_planes, scan_signals
+from fields.path.settled import Settled, settle_air, settle_listener, settle_places
 from fields.path.shoebox import FittedRoom, fit_shoebox
 from fields.path.supposed import suppose_box
 from rir import GainPattern
@@ -51,6 +54,7 @@ def hear_room(
     shape: Polyhedron | None = None,
     emitting: GainPattern | None = None,
     aimed: bool | None = None,
+    pose_sd_m: float = 0.003,
 ) -> Acoustics:
     """Find the room in the rows, fit it and complete it.
 
@@ -72,13 +76,21 @@ def hear_room(
         Known pattern of the emitter; used where no wall is found.
     aimed : bool, optional
         Whether the devices differ in pattern; found out when left out.
+    pose_sd_m : float
+        Standard deviation of each stated coordinate; 0 corrects no place, metres.
     """
+    rows = at_one_temperature(rows)
     short = rows.cut(round(CUT * reach_s * rows.sample_rate))
     # sound of paths that are not listed must not be taken for the source's
     known = rows.cut(round(reach_s * rows.sample_rate))
-    fitted, alarms = _fitted(known, scan_rows, reach_s, listening, shape)
+    settled, alarms = _fitted(known, scan_rows, reach_s, listening, shape)
+    rows, short, known = (settled.even(one) for one in (rows, short, known))
+    fitted = settled.fitted
     if shape is None:
         fitted, alarms = join_rooms(known, fitted, alarms, reach_s, listening)
+    if fitted is not None:
+        settled = settle_places(_sounding(known), settled.onto(fitted), pose_sd_m)
+        fitted = settled.fitted
     patterns = listening, emitting, aimed
     if fitted is None:
         return _without_room(rows, alarms, late, *patterns)
@@ -119,7 +131,7 @@ def hear_room(
         late_s = _latency(fitted)
         rest = Rest.fit(heard, judged, early, fitted, aimed=aimed, latency_s=late_s)
         alarms += rest.alarms
-    return Acoustics(fitted, None, rest, unexplained, alarms)
+    return Acoustics(fitted, None, rest, unexplained, alarms, settled.found)
 
 
 def _judged_rows(n_samples: int) -> int:
@@ -138,18 +150,20 @@ def _fitted(
     reach_s: float,
     listening: GainPattern | None,
     shape: Polyhedron | None,
-) -> tuple[FittedRoom | FittedMesh | None, list[str]]:
+) -> tuple[Settled, list[str]]:
     if len(rows) < LEAST_ROWS or rows.n_samples < LEAST_SAMPLES:
-        return None, [
+        return Settled(None), [
             f"{len(rows)} responses of {rows.n_samples} samples are too few to look "
             f"for walls in; at least {LEAST_ROWS} of {LEAST_SAMPLES} are needed"
         ]
     rows = _sounding(rows)
     if len(rows) < LEAST_ROWS:
-        return None, ["too few responses hold sound and stand apart from their emitter"]
+        return Settled(None), [
+            "too few responses hold sound and stand apart from their emitter"
+        ]
     direct = read_direct(rows)
     if direct.clearness < LEAST_CLEARNESS:
-        return None, [
+        return Settled(None), [
             "no direct sound stands where the poses say; check poses, their units "
             "and the latency: no walls are looked for"
         ]
@@ -157,13 +171,18 @@ def _fitted(
     if shape is not None:
         drawn, alarms = fit_drawn(rows, direct, shape, reach_s, listening)
         if drawn is not None:
-            return drawn, alarms
+            return _settled(rows, drawn, listening), alarms
     signals = scan_signals(rows.spread(scan_rows), direct)
-    boxes = assemble_boxes(signals, scan_planes(signals))
+    planes = scan_planes(signals)
+    reach_m = reach_s * rows.speed_of_sound
+    convex = try_convex(rows, direct, planes, reach_m, listening)
+    if convex is not None and convex.plain:
+        return _settled(rows, convex.fitted, listening), alarms
+    boxes = assemble_boxes(signals, planes)
     boxes = [box for box in boxes if box.heard.sum() >= LEAST_WALLS]
     if not boxes:
         alarms.append("no walls were found: nothing reflects as a plane would")
-        return None, alarms
+        return Settled(None), alarms
     try:
         found = suppose_box(rows, direct, boxes, signals)
         reach_m = _longest(rows, found.box, reach_s)
@@ -172,7 +191,14 @@ def _fitted(
         fitted = fit_shoebox(rows, direct, found.box, reach_m, listening, found.room)
     except np.linalg.LinAlgError:
         alarms.append("the fit of the walls found did not come to an end")
-        return None, alarms
+        return Settled(None), alarms
+    settled = _settled(rows, fitted, listening)
+    rows = settled.even(rows)
+    if isinstance(settled.fitted, FittedRoom):
+        fitted = settled.fitted
+    listening = settled.heard_by or listening
+    if convex is not None and convex.beats(rows, fitted):
+        return settled.onto(convex.fitted), alarms
     opened = open_box(rows, direct, fitted, reach_s, listening)
     if opened.fitted is None and found.unsure:
         names = ", ".join(WALL_NAMES[wall] for wall in found.unsure)
@@ -180,7 +206,17 @@ def _fitted(
             f"walls {names} explain little: each may be the echo of others, or stand "
             "elsewhere"
         )
-    return opened.fitted or fitted, alarms + opened.alarms
+    return settled.onto(opened.fitted or fitted), alarms + opened.alarms
+
+
+def _settled(
+    rows: FitSet, fitted: FittedRoom | FittedMesh, listening: GainPattern | None
+) -> Settled:
+    """Return the room with the air of each block and a listener nobody stated."""
+    settled = settle_air(rows, fitted)
+    if listening is not None:
+        return settled
+    return settle_listener(settled.even(rows), settled)
 
 
 def _longest(rows: FitSet, box: Box, reach_s: float) -> float:

@@ -1,0 +1,71 @@
+"""Recording blocks of a data set: stretches of takes over which air hardly changes."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rir import Dataset
+
+__all__ = ["Recording", "recording_of"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+RUN_ROWS, MOST_RUNS = 16, 12
+"""Takes of a session are parted into runs of so many rows at least, so many at most."""
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """Hold when rows were recorded, and how warm it was.
+
+    Parameters
+    ----------
+    blocks : ndarray of int, shape (rows,)
+        Number of each row's recording block.
+    temperatures : ndarray, shape (rows,)
+        Logged air temperature, degrees Celsius; NaN where nobody measured.
+    """
+
+    blocks: IntArray
+    temperatures: FloatArray
+
+    def rows(self, index: NDArray) -> "Recording":
+        """Return some rows; blocks keep their numbers."""
+        return Recording(self.blocks[index], self.temperatures[index])
+
+
+def recording_of(dataset: Dataset) -> Recording:
+    """Return the blocks of a data set.
+
+    A session is a block. One whose rows say when they were taken, by a time or the
+    number of a take, is parted into runs of takes: by their times, and in the order
+    of rows where no times are known.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from rir import Dataset
+    >>> plain = Dataset.from_arrays(
+    ...     np.zeros((2, 3, 8)), np.ones((2, 3)), np.zeros((3, 3)), sample_rate=8000
+    ... )
+    >>> recording_of(plain).blocks.tolist()
+    [0, 0, 0, 0, 0, 0]
+    """
+    table = dataset.table
+    sessions = np.asarray(table["session"])
+    times = np.asarray(table["time_utc"])
+    taken = (times != "") | (np.asarray(table["take_no"]) >= 0)
+    taken |= np.asarray(table["take_id"]) != ""
+    blocks, count = np.zeros(len(dataset), dtype=np.int64), 0
+    for session in dict.fromkeys(sessions.tolist()):
+        mine = np.flatnonzero(sessions == session)
+        runs = 1
+        if taken[mine].all():
+            runs = int(np.clip(len(mine) // RUN_ROWS, 1, MOST_RUNS))
+            mine = mine[np.argsort(times[mine], kind="stable")]
+        for run in np.array_split(mine, runs):
+            blocks[run] = count
+            count += 1
+    temperatures = np.asarray(table["temperature_c"], dtype=np.float64)
+    return Recording(blocks, temperatures)
