@@ -1,12 +1,18 @@
 """Try whether a room is more than a box: the walls that stand between poses."""
 
 from dataclasses import dataclass, field
+from itertools import islice
 
 import numpy as np
 
 from fields.path.direct import DirectSound
 from fields.path.fitset import FitSet
-from fields.path.outline import find_outline
+from fields.path.outline import (
+    Outline,
+    find_clues,
+    find_outline,
+    other_outlines,
+)
 from fields.path.polyhedral import FittedMesh, fit_polyhedron
 from fields.path.shoebox import FittedRoom
 from rir import GainPattern
@@ -17,6 +23,7 @@ WORTH_OPENING = 0.02
 """A box that leaves less of the energy is one."""
 BETTER, EXPLAINING = 0.9, 0.1
 """Room for error left, or part of what the box explains gained."""
+SURELY, MOST_TRIED = 0.5, 4
 JUDGED_ROWS = 120
 FEW_ROWS, CLEAR = 30, 1e-3
 """A few rows show that nothing is left to look for."""
@@ -47,25 +54,52 @@ def open_box(
     before = left_over(few, fitted)
     if before < WORTH_OPENING:
         return Opened(None)
-    outline = find_outline(rows, direct, fitted)
+    clues = find_clues(rows, direct, fitted)
+    outline = find_outline(clues)
     if outline is None:
         return Opened(None)
-    loose = [
-        f"a wall may stand inside the room, {_worded(plane.row)}, but where it ends "
-        "was not heard; it is left out"
-        for plane in outline.found
-    ]
-    if outline.shape is None:
-        return Opened(None, loose)
-    reach_m = reach_s * rows.speed_of_sound
-    try:
-        opened = fit_polyhedron(rows, direct, outline.shape, reach_m, listening)
-    except np.linalg.LinAlgError:
-        return Opened(None, loose)
-    after = left_over(few, opened)
+    judge = _Judge(rows, few, direct, reach_s * rows.speed_of_sound, listening)
+    opened, after = judge.tried(outline)
     if after > BETTER * before and before - after < EXPLAINING * (1 - before):
-        return Opened(None, loose)
-    return Opened(opened, [] if outline.closed else [OPEN])
+        opened, after = None, before
+    if opened is None or not outline.closed:
+        for other in islice(other_outlines(clues), MOST_TRIED):
+            tried, left = judge.tried(other)
+            # walls of one emitter must explain what nothing else does
+            if left < SURELY * after:
+                return Opened(tried)
+    if opened is not None:
+        return Opened(opened, [] if outline.closed else [OPEN])
+    return Opened(
+        None,
+        [
+            f"a wall may stand inside the room, {_worded(plane.row)}, but where it "
+            "ends was not heard; it is left out"
+            for plane in outline.found
+        ],
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Judge:
+    """Fit rooms and say what they leave over."""
+
+    rows: FitSet
+    few: FitSet
+    direct: DirectSound
+    reach_m: float
+    listening: GainPattern | None
+
+    def tried(self, outline: Outline) -> tuple[FittedMesh | None, float]:
+        """Return the fitted room and the part of the energy it leaves."""
+        if outline.shape is None:
+            return None, np.inf
+        told = self.rows, self.direct, outline.shape, self.reach_m, self.listening
+        try:
+            fitted = fit_polyhedron(*told)
+        except np.linalg.LinAlgError:
+            return None, np.inf
+        return fitted, left_over(self.few, fitted)
 
 
 OPEN = "the walls found leave the room open: some were not heard, none is invented"

@@ -1,6 +1,7 @@
 """Put a room of flat faces together from its planes and from who sees whom."""
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,13 +10,14 @@ from fields.path.box import Box, walled
 from fields.path.cells import Cell, cut_cells, enclosed, label_cells, shape_of
 from fields.path.direct import DirectSound
 from fields.path.fitset import FitSet
+from fields.path.lone import find_lone, nearer_walls
 from fields.path.polyhedron import Polyhedron
 from fields.path.reentrant import Evidence, blanked, find_outer, find_reentrant
 from fields.path.regions import direct_levels, sight_bits
 from fields.path.scan import BANDS_HZ, FoundPlane, ScanSignals, scan_signals
 from fields.path.shoebox import FittedRoom
 
-__all__ = ["Outline", "find_outline"]
+__all__ = ["Clues", "Outline", "find_clues", "find_outline", "other_outlines"]
 
 IntArray = NDArray[np.int64]
 FloatArray = NDArray[np.float64]
@@ -49,10 +51,35 @@ class Outline:
     closed: bool
 
 
-def find_outline(
-    rows: FitSet, direct: DirectSound, fitted: FittedRoom
-) -> Outline | None:
-    """Look for walls inside a fitted box; None where there are none.
+@dataclass(frozen=True, eq=False)
+class Clues:
+    """Hold what rows say of the walls of a room that may be no box.
+
+    Parameters
+    ----------
+    plain, evidence : Evidence
+        Rows as they are, and without what the outer box explains.
+    found : list of FoundPlane
+        Walls within the outer box that several emitters speak for.
+    """
+
+    plain: Evidence
+    evidence: Evidence
+    found: list[FoundPlane]
+
+    @property
+    def box(self) -> Box:
+        """Outer walls that several emitters speak for."""
+        return self.evidence.box
+
+    @property
+    def normals(self) -> FloatArray:
+        """Directions walls may face, shape (6, 3)."""
+        return np.concatenate([self.box.axes, -self.box.axes])
+
+
+def find_clues(rows: FitSet, direct: DirectSound, fitted: FittedRoom) -> Clues:
+    """Look for walls inside a fitted box.
 
     Parameters
     ----------
@@ -68,12 +95,41 @@ def find_outline(
     signals = both[-1]
     # walls that few rows see need all of them
     box = find_outer(signals, walled([both[0], *both], fitted.room.box.axes))
-    evidence = Evidence(blanked(signals, box), box, _seen(rows, fitted))
-    found = find_reentrant(evidence, np.concatenate([box.axes, -box.axes]))
-    if not found:
-        return None
+    seen = _seen(rows, fitted)
+    evidence = Evidence(blanked(signals, box), box, seen)
+    normals = np.concatenate([box.axes, -box.axes])
+    found = find_reentrant(evidence, normals)
+    return Clues(Evidence(signals, box, seen), evidence, found)
+
+
+def find_outline(clues: Clues) -> Outline | None:
+    """Return the room of all sure walls; None where none stands between poses."""
+    return _outlined(clues, clues.box, clues.found) if clues.found else None
+
+
+def other_outlines(clues: Clues) -> Iterator[Outline]:
+    """Yield closed rooms with a wall more that one emitter speaks for."""
+    near = nearer_walls(clues.plain, clues.box)
+    lone = find_lone(clues.evidence, clues.normals, clues.found)
+    boxes = [clues.box] if _same(near, clues.box) else [near, clues.box]
+    sets = [[*clues.found, one] for one in lone]
+    if len(boxes) > 1:
+        sets.append(clues.found)
+    for box in boxes:
+        for planes in sets:
+            outline = _outlined(clues, box, planes)
+            if outline.closed and outline.shape and _uses(outline.shape, planes[-1:]):
+                yield outline
+
+
+def _same(one: Box, other: Box) -> bool:
+    return np.array_equal(one.low, other.low) and np.array_equal(one.high, other.high)
+
+
+def _outlined(clues: Clues, box: Box, found: list[FoundPlane]) -> Outline:
+    signals, evidence = clues.plain.signals, replace(clues.evidence, box=box)
     planes, inner = _planes(box, found)
-    ends = np.concatenate([rows.emitters.positions, rows.listeners.positions])
+    ends = np.concatenate([signals.emitters, signals.listeners])
     low, high = ends.min(axis=0) - FAR_M, ends.max(axis=0) + FAR_M
     cells = cut_cells(planes, low, high)
     air = _carved(cells, planes, evidence, ends)

@@ -89,19 +89,21 @@ class Evidence:
             rows[:, None], low + 1
         ]
 
-    def judged(self, plane: FloatArray, opening: FloatArray) -> FoundPlane | None:
-        """Judge a plane by the rows that can tell; None if too few can."""
+    def judged(
+        self, plane: FloatArray, opening: FloatArray, least: int = LEAST_GROUPS
+    ) -> FoundPlane | None:
+        """Judge a plane by the rows that can tell; None if too few groups can."""
         points, length, usable = self.hits(plane)
         if len(opening) and usable.any():
             gap = points[usable, None] - opening
             usable[usable] = (gap**2).sum(axis=2).min(axis=1) > OPENING_M**2
         rows = np.flatnonzero(usable)
         values = self.values(rows, length[rows], SHIFTS_S * 343.0)
-        return _found(plane, values, self.signals.groups[rows])
+        return _found(plane, values, self.signals.groups[rows], least)
 
 
 def _found(
-    plane: FloatArray, values: FloatArray, groups: NDArray[np.int64]
+    plane: FloatArray, values: FloatArray, groups: NDArray[np.int64], least: int
 ) -> FoundPlane | None:
     z, levels = [], []
     for group in np.unique(groups):
@@ -112,7 +114,7 @@ def _found(
         spread = max(float(total[1:].std()), 1e-12)
         z.append((total[0] - total[1:].mean()) / spread)
         levels.append(mine[:, 0].mean())
-    if len(z) < LEAST_GROUPS:
+    if len(z) < least:
         return None
     scores = np.array(z)
     return FoundPlane(
@@ -123,6 +125,7 @@ def _found(
         float(np.mean(scores > 3)),
         float(scores.sum() / np.sqrt(len(scores))),
         int(np.sum(scores > 3)),
+        float(scores.max()),
     )
 
 

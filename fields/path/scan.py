@@ -49,6 +49,8 @@ class FoundPlane:
         Score of all groups together, in standard deviations.
     speaking : int
         Number of groups that speak for it.
+    loudest : float
+        Score of the group that speaks for it most, where it was asked.
     """
 
     normal: FloatArray
@@ -58,6 +60,7 @@ class FoundPlane:
     support: float
     pooled: float = 0.0
     speaking: int = 0
+    loudest: float = 0.0
 
     @property
     def row(self) -> FloatArray:
