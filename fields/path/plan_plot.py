@@ -114,7 +114,7 @@ def _lines(plan: GroundPlan) -> list[str]:
     found = f"{len(plan.walls)} walls; " + ", ".join(levels)
     if plan.furnishing:
         count, blocks = len(plan.furnishing.points), len(plan.furnishing.blocks)
-        found += f"; {count} small objects, {blocks} blocks"
+        found += f"; small objects: {count}, blocks: {blocks}"
     lines = [f"{found}; {100 * plan.unexplained:.1f} % of the energy unexplained"]
     for alarm in plan.alarms[:MOST_ALARMS]:
         lines += wrap(f"! {alarm}", WIDTH)

@@ -81,7 +81,11 @@ def hear_faintness(data: BandData, banded: BandedRoom) -> Faintness:
     # two walls are only solved for lest they colour the rest
     some = (np.arange(PATHS) < ways[:, None]) & (bounces < 2)
     ways = some.sum(axis=1)
-    longest = int((cells >= 0).sum(axis=2).max())
+    crossed = (cells >= 0).sum(axis=2)
+    last = np.take_along_axis(cells, np.maximum(crossed - 1, 0)[..., None], axis=2)
+    # devices do not stand in what stops sound
+    spans[np.isin(cells, np.append(cells[:, 0, 0], last[:, 0]))] = 0.0
+    longest = int(crossed.max())
     return Faintness(
         nepers[some],
         weights[some],
