@@ -18,7 +18,7 @@ COARSE_M, STEPS_M = 0.15, (0.05, 0.01, 0.003)
 REACH = 8
 ROUNDS = 2
 LEAST_M = 0.2
-TOLD = 8.0
+TOLD = 4.0
 """Gain, in nepers, that an edge has to bring over leaving the hole open there."""
 THIN_M, THICK_STEP_M, FINE_THICK_M = 0.02, 0.06, (0.012, 0.003)
 AGREEING_M, LEAST_AGREEING, LEAST_PAIRS = 0.05, 0.6, 12

@@ -22,7 +22,7 @@ DOUBT = 1.0
 SHARPNESS = 10.0
 MERGED_M = 1e-3
 LEAST_HIDDEN = 0.08
-GAIN_PER_BIT = 0.1
+GAIN_PER_BIT, GAIN_PER_PLANE = 0.1, 0.05
 SEEN = 0.63
 HIDDEN = 0.4
 SLACK_SAMPLES = 2
@@ -203,10 +203,12 @@ def find_regions(
         start = spectral_start(places, pairs, seen, count)
         shares, score = settle(places, pairs, seen, start)
         parted, parted_score = split_by_planes(places, pairs, seen, best.argmax(axis=1))
+        gain = GAIN_PER_BIT
         if parted_score > score:
+            gain = GAIN_PER_PLANE
             _, groups = np.unique(parted, return_inverse=True)
             shares, score = np.eye(count)[groups.reshape(-1)], parted_score
-        if score < best_score + GAIN_PER_BIT * len(seen):
+        if score < best_score + gain * len(seen):
             break
         best, best_score = shares, score
     if best.shape[1] == 1:

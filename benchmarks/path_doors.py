@@ -1,0 +1,361 @@
+"""Measure what the path field tells of two rooms that a doorway joins, heard blind.
+
+Rooms of 5 and 4 m with a wall between them and an opening in it; responses by
+mirror paths to order 12 and bent sound, noise 60 dB down, poses 3 mm off; openings,
+thickness and loudspeakers differ from draw to draw. Asked for: who sees whom, which
+places share a room, upright edges from 100 pairs, all faces and the volume, when
+sound arrives from room to room, waveforms at unseen emitters, and late energy at
+unseen emitters of rough rooms. SIMULATED. CPU seconds of one thread.
+"""
+
+import argparse
+import json
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fields.path.direct import read_direct
+from fields.path.fitset import FitSet, place_numbers
+from fields.path.hearing import hear_room
+from fields.path.jambs import scan_jambs
+from fields.path.joining import find_joined
+from fields.path.onsets import read_onsets
+from fields.path.opening import Opening, Slab
+from fields.path.polyhedral import FittedMesh
+from fields.path.sight import read_sight
+from rir import GainPattern, Poses
+from rooms import Scene, simulate
+from rooms.mesh import MeshGeometry
+
+OUT = Path("results/path_doors.json")
+RATE, SPEED, ORDER = 16000, 343.2, 12
+MARGIN_M, JITTER_M, NOISE_DB = 0.4, 0.003, -60.0
+BENT = ("patterns", "direct", "specular", "diffraction")
+EMITTERS, LISTENERS = (3, 2), 60
+JAMB_PAIRS = 100
+
+
+@dataclass(frozen=True)
+class House:
+    """Two rooms, the wall between them and the hole in it, metres."""
+
+    split: float = 5.0
+    thick: float = 0.2
+    hole: tuple[float, float, float] = (1.5, 2.4, 2.05)
+    cardioid: bool = False
+    scattering: float = 0.0
+
+    @property
+    def rooms(self) -> np.ndarray:
+        """Corners of both rooms, shape (2, 2, 3)."""
+        far = self.split + self.thick
+        return np.array(
+            [[[0, 0, 0], [self.split, 4, 2.6]], [[far, 0, 0], [far + 4, 4, 2.6]]]
+        )
+
+    @property
+    def opening(self) -> Opening:
+        """The hole, in the wall seen from the first room."""
+        frame = np.array([[-1.0, 0, 0], [0, 1, 0], [0, 0, 1]])
+        limits = np.array([0.0, 4, 0, 2.6])
+        slab = Slab(np.array([self.split, 0, 0]), frame, self.thick, limits)
+        low, high, top = self.hole
+        return Opening(slab, np.array([low, high, 0, top]), np.ones(4, bool), 1.0)
+
+    def scene(self, absorption: tuple[float, float] = (0.23, 0.23)) -> Scene:
+        """Return the scene; each room has an absorption of its own."""
+        low, high, top = self.hole
+        far = self.split + self.thick
+        door = np.array([[self.split, low, 0], [far, high, top]])
+        mesh = of_blocks(np.concatenate([self.rooms, door[None]]), self.split)
+        walls = {
+            name: {"absorption": one, "scattering": self.scattering}
+            for name, one in zip(("first", "second"), absorption, strict=True)
+        }
+        gain = GainPattern.cardioid() if self.cardioid else GainPattern.omni()
+        return replace(
+            Scene.of_geometry(mesh, walls, name="two rooms"), emitter_gain=gain
+        )
+
+
+def of_blocks(blocks: np.ndarray, split: float) -> MeshGeometry:
+    """Return the hull of blocks of air, shape (blocks, 2, 3), surfaces by side."""
+    axes = [np.unique(blocks[:, :, k]) for k in range(3)]
+    middles = [(one[1:] + one[:-1]) / 2 for one in axes]
+    grid = np.stack(np.meshgrid(*middles, indexing="ij"), -1)
+    air = np.zeros(grid.shape[:3], dtype=bool)
+    for low, high in blocks:
+        air |= ((grid > low) & (grid < high)).all(axis=-1)
+    quads = []
+    for axis in range(3):
+        others = [k for k in range(3) if k != axis]
+        part = np.moveaxis(np.pad(air, 1), axis, 0).astype(int)
+        for place, i, j in np.argwhere(part[1:] != part[:-1]):
+            for u, v in ((0, 0), (1, 0), (1, 1), (0, 1)):
+                corner = np.empty(3)
+                corner[axis] = axes[axis][place]
+                corner[others[0]] = axes[others[0]][i - 1 + u]
+                corner[others[1]] = axes[others[1]][j - 1 + v]
+                quads.append(corner)
+    flat = np.array(quads).reshape(-1, 4, 3)
+    corners = np.concatenate([flat[:, [0, 1, 2]], flat[:, [0, 2, 3]]])
+    names = np.where(corners[:, :, 0].mean(axis=1) > split, "second", "first")
+    vertices, faces = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
+    return MeshGeometry.from_arrays(vertices, faces.reshape(-1, 3), list(names))
+
+
+def drawn(rng: np.random.Generator, room: np.ndarray, count: int) -> np.ndarray:
+    """Draw places in a room, away from its walls."""
+    return rng.uniform(room[0] + MARGIN_M, room[1] - MARGIN_M, (count, 3))
+
+
+def rows_of(
+    house: House,
+    scene: Scene,
+    rng: np.random.Generator,
+    *,
+    emitters: tuple[int, int] = EMITTERS,
+    listeners: int = LISTENERS,
+    effects: Sequence[str] = BENT,
+    jitter: float = JITTER_M,
+    noise_db: float = NOISE_DB,
+    duration: float = 0.1,
+) -> FitSet:
+    """Simulate rows, half of each emitter's listeners in the other room."""
+    rooms, made = house.rooms, []
+    first = np.concatenate(
+        [drawn(rng, room, k) for room, k in zip(rooms, emitters, strict=True)]
+    )
+    seconds, turns = [], []
+    for place in first:
+        there = rng.random((listeners, 1)) < 0.5
+        second = np.where(
+            there, drawn(rng, rooms[1], listeners), drawn(rng, rooms[0], listeners)
+        )
+        half = rng.uniform(0, np.pi)
+        turn = np.array([[0, 0, np.sin(half), np.cos(half)]])
+        told = simulate(
+            scene,
+            Poses(place[None], turn),
+            Poses.of(second),
+            sample_rate=RATE,
+            duration=duration,
+            effects=list(effects),
+            max_order=ORDER,
+        )
+        made.append(told.responses[0])
+        seconds.append(second)
+        turns.append(np.tile(turn, (listeners, 1)))
+    sound = np.concatenate(made)
+    level = 10 ** (noise_db / 20) * np.sqrt((sound**2).mean())
+    sound = sound + level * rng.standard_normal(sound.shape)
+    first = first + jitter * rng.standard_normal(first.shape)
+    first = first.repeat(listeners, axis=0)
+    second = np.concatenate(seconds)
+    second = second + jitter * rng.standard_normal(second.shape)
+    ends = Poses(first, np.concatenate(turns)), Poses.of(second)
+    blocks = np.zeros(len(sound), dtype=np.int64)
+    return FitSet(sound, *ends, RATE, SPEED, place_numbers(first), blocks)
+
+
+def sides(house: House, rows: FitSet) -> tuple[np.ndarray, np.ndarray]:
+    """Return whether each end is in the second room."""
+    middle = house.split + house.thick / 2
+    return (
+        rows.emitters.positions[:, 0] > middle,
+        rows.listeners.positions[:, 0] > middle,
+    )
+
+
+def true_ways(house: House, rows: FitSet) -> np.ndarray:
+    """Return the shortest way of each row."""
+    first, second = rows.emitters.positions, rows.listeners.positions
+    far = sides(house, rows)
+    turned = (far[0] & ~far[1])[:, None]
+    one, other = np.where(turned, second, first), np.where(turned, first, second)
+    across = far[0] != far[1]
+    ways = rows.distances.copy()
+    ways[across] = house.opening.ways(one[across], other[across])
+    return ways
+
+
+def sight_case(house: House, rows: FitSet) -> dict[str, float]:
+    """Score bits of sight, regions and upright edges."""
+    ways = true_ways(house, rows)
+    seen = ways - rows.distances < 1e-6
+    start = time.process_time()
+    direct = read_direct(rows)
+    sight = read_sight(rows, direct)
+    regions = sight.regions(rows)
+    spent = time.process_time() - start
+    known = np.isfinite(sight.bits)
+    numbers = regions.numbers(rows.listeners.positions)
+    right = float((numbers == sides(house, rows)[1]).mean())
+    hidden = np.flatnonzero(sight.bits == 0)
+    some = rows.rows(hidden[np.random.default_rng(0).permutation(len(hidden))])
+    some = some.rows(np.arange(min(len(some), JAMB_PAIRS)))
+    start = time.process_time()
+    onsets = read_onsets(some, direct)
+    ends = some.emitters.positions, some.listeners.positions
+    jambs = scan_jambs(
+        ends[0][onsets.known], ends[1][onsets.known], onsets.lengths[onsets.known]
+    )
+    scan_s = time.process_time() - start
+    edges = np.array(
+        [
+            [x, y]
+            for x in (house.split, house.split + house.thick)
+            for y in house.hole[:2]
+        ]
+    )
+    late = onsets.lengths - true_ways(house, some)
+    away = [np.linalg.norm(edges - one.place, axis=1).min() for one in jambs]
+    return {
+        "known": float(known.mean()),
+        "wrong_bits": float((sight.bits[known] != seen[known]).mean()),
+        "regions": float(regions.count),
+        "right_room": max(right, 1 - right),
+        "onset_cm": 100 * float(np.nanmedian(np.abs(late))),
+        "pairs": float(len(some)),
+        "jambs": float(len(jambs)),
+        "jamb_cm": 100 * float(max(away, default=np.nan)),
+        "sight_s": spent,
+        "scan_s": scan_s,
+    }  # fmt: skip
+
+
+def joined_case(house: House, rows: FitSet) -> dict[str, Any]:
+    """Put the rooms together without a fit and score their faces."""
+    start = time.process_time()
+    direct = read_direct(rows)
+    sight = read_sight(rows, direct)
+    joined = find_joined(rows, direct, sight, sight.regions(rows))
+    spent = time.process_time() - start
+    told: dict[str, Any] = {"cpu_s": spent, "alarms": joined.alarms}
+    if joined.shape is None or len(joined.openings) != 1:
+        return told
+    return told | shape_scores(house, rows, joined.shape, joined.openings[0])
+
+
+def shape_scores(
+    house: House, rows: FitSet, shape: Any, opening: Opening
+) -> dict[str, float]:
+    """Score a shape with the opening it was given."""
+    ends = np.concatenate([rows.emitters.positions, rows.listeners.positions])
+    truth = float(house.scene().geometry.volume)
+    found = opening.slab
+    low, high, _ = house.hole
+    edges = [
+        abs((found.origin + y * found.frame[1])[1] - other)
+        for y, other in zip(
+            opening.hole[:2] if found.frame[1, 1] > 0 else opening.hole[1::-1],
+            (low, high),
+            strict=True,
+        )
+    ]
+    across = np.not_equal(*sides(house, rows))
+    depth = found.local(rows.emitters.positions[across])[:, :1]
+    one = np.where(
+        depth > 0, rows.emitters.positions[across], rows.listeners.positions[across]
+    )
+    other = np.where(
+        depth > 0, rows.listeners.positions[across], rows.emitters.positions[across]
+    )
+    gap = opening.ways(one, other) - true_ways(house, rows)[across]
+    return {
+        "inside": float(1 - shape.mesh.outside(ends).mean()),
+        "volume_percent": 100 * (float(shape.mesh.volume) / truth - 1),
+        "edge_cm": 100 * float(max(edges)),
+        "thick_cm": 100 * abs(found.thick - house.thick),
+        "first_samples": float(np.sqrt((gap**2).mean()) / SPEED * RATE),
+        "lintel_told": float(opening.told[3]),
+    }  # fmt: skip
+
+
+def fit_case(house: House, rows: FitSet, test: FitSet) -> dict[str, Any]:
+    """Hear the rooms as the path field does and score unseen emitters."""
+    start = time.process_time()
+    heard = hear_room(rows)
+    told: dict[str, Any] = {"cpu_s": time.process_time() - start}
+    answer = heard.predict(test.emitters, test.listeners, test.n_samples)
+    gap = ((answer - test.responses) ** 2).sum(axis=1) / (test.responses**2).sum(axis=1)
+    far = np.not_equal(*sides(house, test))
+    told |= {
+        "several": float(isinstance(heard.fitted, FittedMesh)),
+        "nmse_db": 10 * float(np.log10(np.median(gap))),
+        "cross_nmse_db": 10 * float(np.log10(np.median(gap[far]))),
+        "alarms": heard.alarms,
+    }
+    if isinstance(heard.fitted, FittedMesh):
+        shape = heard.fitted.room.shape
+        truth = float(house.scene().geometry.volume)
+        ends = np.concatenate([rows.emitters.positions, rows.listeners.positions])
+        told["volume_percent"] = 100 * (float(shape.mesh.volume) / truth - 1)
+        told["inside"] = float(1 - shape.mesh.outside(ends).mean())
+    return told
+
+
+def houses(count: int, seed: int) -> list[House]:
+    """Draw houses whose wall, opening and loudspeaker differ."""
+    rng = np.random.default_rng(seed)
+    made = []
+    for k in range(count):
+        low = rng.uniform(0.6, 2.2)
+        hole = (low, low + rng.uniform(0.8, 1.1), rng.uniform(1.95, 2.2))
+        thick = (0.02, 0.12, 0.25)[k % 3]
+        made.append(House(rng.uniform(4.2, 5.2), thick, hole, cardioid=k % 2 == 1))
+    return made
+
+
+def shown(name: str, case: dict[str, Any]) -> None:
+    """Print one case."""
+    values = {key: value for key, value in case.items() if key != "alarms"}
+    print(
+        f"{name:22}", "  ".join(f"{key} {value:.3g}" for key, value in values.items())
+    )
+    for alarm in case.get("alarms", []):
+        print(f"    {alarm}")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the benchmark; returns 0."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="one house, no fit")
+    parser.add_argument("--draws", type=int, default=6)
+    parser.add_argument("--seed", type=int, default=500)
+    parser.add_argument("--fits", type=int, default=2, help="houses fitted whole")
+    parser.add_argument("--out", type=Path, default=OUT)
+    options = parser.parse_args(argv)
+    results: dict[str, dict[str, Any]] = {}
+    print("SIMULATED")
+    for k, house in enumerate(
+        houses(1 if options.quick else options.draws, options.seed)
+    ):
+        rng = np.random.default_rng(options.seed + k)
+        scene = house.scene()
+        size: dict[str, Any] = (
+            {"emitters": (2, 2), "listeners": 40} if options.quick else {}
+        )
+        rows = rows_of(house, scene, rng, **size)
+        kind = "cardioid" if house.cardioid else "omni"
+        name = f"{k}, {100 * house.thick:.0f} cm, {kind}"
+        results[f"sight {name}"] = sight_case(house, rows)
+        results[f"shape {name}"] = joined_case(house, rows)
+        if not options.quick and k < options.fits:
+            clean: dict[str, Any] = {"jitter": 0.0, "noise_db": -200.0}
+            test = rows_of(house, scene, rng, emitters=(1, 1), listeners=15, **clean)
+            results[f"fit {name}"] = fit_case(house, rows, test)
+        for case in ("sight", "shape", "fit"):
+            if f"{case} {name}" in results:
+                shown(f"{case} {name}", results[f"{case} {name}"])
+    options.out.parent.mkdir(parents=True, exist_ok=True)
+    options.out.write_text(json.dumps({"simulated": True, "rows": results}, indent=1))
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
