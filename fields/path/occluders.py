@@ -18,7 +18,7 @@ __all__ = ["Occluders", "voxels_of"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
-VOXEL_M, SHADED_ORDER = 0.25, 3
+VOXEL_M, MOST_VOXELS, SHADED_ORDER = 0.25, 20000, 3
 LEAST_VOXELS = 4
 SOLID = 0.35
 """Share of what most voxels in the way keep that makes a voxel solid."""
@@ -27,7 +27,8 @@ SOLID = 0.35
 def voxels_of(box: "Box") -> NDArray[np.int64]:
     """Return how many voxels a box holds along each of its axes."""
     size = box.high - box.low
-    return np.maximum(np.round(size / VOXEL_M), 1).astype(np.int64)
+    edge = max(VOXEL_M, float(np.prod(size) / MOST_VOXELS) ** (1 / 3))
+    return np.maximum(np.round(size / edge), 1).astype(np.int64)
 
 
 @dataclass(frozen=True, eq=False)

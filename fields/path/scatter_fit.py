@@ -15,7 +15,7 @@ __all__ = ["find_scatterers", "with_scatterers"]
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 GRID_M, MARGIN_M, APART_M, SAME_M = 0.11, 0.15, 0.35, 0.1
-SCAN_HZ = 350.0, 1400.0
+SCAN_HZ, MOST_POINTS = (350.0, 1400.0), 120000
 SCAN_ROWS, MOST, ROUNDS, PATIENCE = 24, 24, 4, 4
 CLEAR, ANEW = 3.6, 1.3
 """Agreement over its median that is looked at, and that is scanned again."""
@@ -88,9 +88,11 @@ def find_scatterers(data: BandData, banded: BandedRoom) -> Scatterers:
     told = banded.envelopes(data.emitters, data.listeners, banded.kernels(data.weight))
     left = data.targets - told
     found = Found(data, banded, left, _weights(left, banded), left)
-    grid, middle = _grid(banded), 0.0
+    spacing, middle = _spacing(banded), 0.0
+    grid = _grid(banded, spacing)
+    low, high = np.array(SCAN_HZ) * GRID_M / spacing
     for turn in range(ROUNDS):
-        score = found.signals(*SCAN_HZ).rows(SCAN_ROWS).agreement(grid)
+        score = found.signals(low, high).rows(SCAN_ROWS).agreement(grid)
         if turn == 0:
             middle = float(np.median(score))
         before = len(found.points)
@@ -126,12 +128,18 @@ def _weights(left: ComplexArray, banded: BandedRoom) -> FloatArray:
     return np.repeat(weights, grid.lengths, axis=1)
 
 
-def _grid(banded: BandedRoom) -> FloatArray:
-    """Return places inside the walls that were heard, in the room."""
+def _spacing(banded: BandedRoom) -> float:
+    """Return the step of the grid; large rooms are scanned coarser and lower."""
+    volume = float(np.prod(banded.room.box.high - banded.room.box.low))
+    return float(max(GRID_M, (volume / MOST_POINTS) ** (1 / 3)))
+
+
+def _grid(banded: BandedRoom, spacing: float) -> FloatArray:
+    """Return places inside the walls, in the room."""
     box = banded.room.box
     axes = []
     for low, high in zip(box.low, box.high, strict=True):
-        count = max(int((high - low - 2 * MARGIN_M) / GRID_M), 1)
+        count = max(int((high - low - 2 * MARGIN_M) / spacing), 1)
         axes.append(np.linspace(low + MARGIN_M, high - MARGIN_M, count + 1))
     inside = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     return inside @ box.axes + box.origin
@@ -187,7 +195,10 @@ def _tried(found: Found, place: FloatArray) -> bool:
 def _climbed(found: Found, point: FloatArray) -> FloatArray:
     """Return the place nearby where agreement is greatest, coarse to fine."""
     cube = np.stack(np.meshgrid(*[[-1, 0, 1]] * 3, indexing="ij"), -1).reshape(-1, 3)
-    for low, high, step in STEPS:
+    coarser = _spacing(found.banded) / GRID_M
+    low, high, step = STEPS[0]
+    first = (low / coarser, high / coarser, step * coarser)
+    for low, high, step in (first, *STEPS[coarser == 1 :]):
         signals = found.signals(low, high)
         wide = step
         for _ in range(8):
