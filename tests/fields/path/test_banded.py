@@ -93,6 +93,82 @@ def test_derivatives_are_those_of_the_misfit(started):
         assert_allclose(slope, -2 * right[:, column], rtol=1e-3, atol=1e-3)
 
 
+def test_one_band_alone_is_rendered_as_among_others(started):
+    rows, banded = started
+    kernels = banded.kernels(np.ones(len(banded.grid.hertz)))
+    ends = rows.emitters, rows.listeners
+    whole = banded.envelopes(*ends, kernels)
+    alone = np.arange(banded.grid.bands) == 9
+    told = banded.envelopes(*ends, kernels, alone)
+    start = int(banded.grid.starts[9])
+    here = slice(start, start + int(banded.grid.lengths[9]))
+    assert_array_equal(told[:, here], whole[:, here])
+    assert not np.delete(told, np.r_[here], axis=1).any()
+
+
+def test_curvature_of_phase_is_the_energy_of_what_is_told(started):
+    from fields.path.band_kernel import PHASE
+
+    rows, banded = started
+    data = hear_bands(rows, banded.grid, banded.source)
+    weights = np.ones((len(rows), banded.grid.bands))
+    every = np.ones(banded.grid.bands, dtype=bool)
+    square, _, _ = _sums(data, banded, weights, every, sloped=False)
+    told = banded.envelopes(data.emitters, data.listeners, banded.kernels(data.weight))
+    power = np.add.reduceat(np.abs(told) ** 2, banded.grid.starts, axis=1)
+    assert_allclose(square[:, PHASE, PHASE], power.sum(axis=0), rtol=1e-9)
+
+
+def test_derivatives_by_geometry_and_places_are_those_of_the_misfit(started):
+    from fields.path.band_places import Moved
+    from fields.path.band_places import _moved as moved
+    from fields.path.band_places import _sums as sums
+
+    rows, banded = started
+    data = hear_bands(rows, banded.grid, banded.source)
+    weights = np.ones((len(rows), banded.grid.bands))
+    low = banded.grid.centers < 1500
+    at = Moved(banded, data, np.zeros((len(rows), 6)), np.zeros((11, 11)))
+    _, right, _ = sums(at, low, weights, curved=False)
+    # levels and slants move as well and are not counted
+    for column, size in ((0, 1e-6), (4, 1e-6), (8, 1e-6), (9, 1e-4), (10, 1e-4)):
+        step = np.zeros(11)
+        step[column] = size
+        up, down = (
+            sums(moved(at, way * step, at.shifts), low, weights, curved=False)[2]
+            for way in (1, -1)
+        )
+        slope = (up - down) / (2 * size)
+        wanted = -2 * right[:, column]
+        assert np.linalg.norm(slope - wanted) < 0.15 * np.linalg.norm(wanted)
+    moves = np.zeros((len(rows), 6))
+    moves[:, 2] = 1e-6
+    up, down = (
+        sums(moved(at, np.zeros(11), way * moves), low, weights, curved=False)[2]
+        for way in (1, -1)
+    )
+    wanted = -2 * right[:, 13]
+    gap = (up - down) / 2e-6 - wanted
+    assert np.linalg.norm(gap) < 0.15 * np.linalg.norm(wanted)
+
+
+def test_curvature_of_places_leads_where_slopes_lead(started):
+    from fields.path.band_places import Moved
+    from fields.path.band_places import _sums as sums
+
+    rows, banded = started
+    data = hear_bands(rows, banded.grid, banded.source)
+    weights = np.ones((len(rows), banded.grid.bands))
+    low = banded.grid.centers < 1500
+    at = Moved(banded, data, np.zeros((len(rows), 6)), np.zeros((11, 11)))
+    square, right, misfit = sums(at, low, weights)
+    again = sums(at, low, weights, curved=False)
+    assert not again[0].any()
+    assert_allclose(again[1], right, rtol=1e-9)
+    assert_allclose(again[2], misfit, rtol=1e-12)
+    assert (np.linalg.eigvalsh(square) > -1e-9 * np.trace(square[0])).all()
+
+
 @pytest.mark.slow
 def test_walls_that_depend_on_angle_are_found(box_set, unseen_set, started):
     from dataclasses import replace
