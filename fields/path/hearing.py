@@ -4,15 +4,16 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fields.path.acoustics import Acoustics
-from fields.path.air import at_one_temperature
+from fields.path.air import at_one_temperature, logged_temperature
 from fields.path.banded import in_half_octaves
-from fields.path.box import Box, assemble_boxes
+from fields.path.box import Box
 from fields.path.convex import try_convex
 from fields.path.direct import read_direct
 from fields.path.doubtful import doubtful_rows, doubtful_words
 from fields.path.fallback import NearestRows
 from fields.path.fitset import FitSet
 from fields.path.joining import join_rooms
+from fields.path.nearness import scanned
 from fields.path.onward import followed
 from fields.path.open_air import fit_open_air
 from fields.path.opened import open_box
@@ -21,7 +22,6 @@ from fields.path.polyhedron import Polyhedron
 from fields.path.pose_spread import pose_alarms
 from fields.path.rest import Rest
 from fields.path.room import MOST_IMAGES
-from fields.path.scan import scan_planes, scan_signals
 from fields.path.settled import Settled, settle_air, settle_listener, settle_places
 from fields.path.shoebox import FittedRoom, fit_shoebox
 from fields.path.supposed import suppose_box
@@ -40,6 +40,13 @@ PERFECT = 10 ** (-25 / 10)
 COMPLETED_ROWS, LEAST_COMPLETED, COMPLETED_SAMPLES = 300, 120, 1_000_000
 WALL_NAMES = ("low x", "high x", "low y", "high y", "low z", "high z")
 WIDE_M = 0.02
+TOLD = 0.05
+"""Part of the low sound a box may leave that is believed without direct sounds."""
+NO_DIRECT = (
+    "no direct sound stands where the poses say; check poses, their units and the "
+    "latency: no walls are looked for"
+)
+NO_PLANE = "no walls were found: nothing reflects as a plane would"
 
 
 # kernels multiply small matrices: BLAS threads cost more than they compute
@@ -97,6 +104,7 @@ def hear_room(
     heard = _sounding(rows)
     fitted = followed(heard, fitted)
     judged = heard.spread(_judged_rows(rows.n_samples))
+    judged = settled.placed(judged, fitted, pose_sd_m)
     early = fitted.predict(judged.emitters, judged.listeners, rows.n_samples)
     doubtful = doubtful_rows(judged, early)
     alarms += doubtful_words(judged, doubtful)
@@ -124,6 +132,7 @@ def hear_room(
             "is unexplained: a wall found may be the echo of two others; record a "
             "second emitter place"
         )
+    recorded = logged_temperature(rows) | settled.found
     rest = None
     # half octaves hold their own energies; what they leave is no late sound
     whole = _banded(fitted) and rows.n_samples <= short.n_samples
@@ -131,7 +140,7 @@ def hear_room(
         late_s = _latency(fitted)
         rest = Rest.fit(heard, judged, early, fitted, aimed=aimed, latency_s=late_s)
         alarms += rest.alarms
-    return Acoustics(fitted, None, rest, unexplained, alarms, settled.found)
+    return Acoustics(fitted, None, rest, unexplained, alarms, recorded)
 
 
 def _judged_rows(n_samples: int) -> int:
@@ -162,29 +171,29 @@ def _fitted(
             "too few responses hold sound and stand apart from their emitter"
         ]
     direct = read_direct(rows)
-    if direct.clearness < LEAST_CLEARNESS:
-        return Settled(None), [
-            "no direct sound stands where the poses say; check poses, their units "
-            "and the latency: no walls are looked for"
-        ]
+    clear = direct.clearness >= LEAST_CLEARNESS
+    if not clear and (shape is not None or rows.n_places > 1):
+        return Settled(None), [NO_DIRECT]
     alarms = []
     if shape is not None:
         drawn, alarms = fit_drawn(rows, direct, shape, reach_s, listening)
         if drawn is not None:
             return _settled(rows, drawn, listening), alarms
-    signals = scan_signals(rows.spread(scan_rows), direct)
-    planes = scan_planes(signals)
+    scan = scanned(rows, direct, scan_rows)
+    direct = scan.direct
     reach_m = reach_s * rows.speed_of_sound
-    convex = try_convex(rows, direct, planes, reach_m, listening)
+    convex = try_convex(rows, direct, scan.planes, reach_m, listening)
     if convex is not None and convex.plain:
         return _settled(rows, convex.fitted, listening), alarms
-    boxes = assemble_boxes(signals, planes)
-    boxes = [box for box in boxes if box.heard.sum() >= LEAST_WALLS]
+    boxes = [box for box in scan.boxes if box.heard.sum() >= LEAST_WALLS]
     if not boxes:
-        alarms.append("no walls were found: nothing reflects as a plane would")
+        alarms.append(NO_PLANE if clear else NO_DIRECT)
         return Settled(None), alarms
     try:
-        found = suppose_box(rows, direct, boxes, signals)
+        found = suppose_box(rows, direct, boxes, scan.signals)
+        # of one loudspeaker turned away few direct sounds tell; a whole box may
+        if not clear and found.left > TOLD:
+            return Settled(None), [NO_DIRECT]
         reach_m = _longest(rows, found.box, reach_s)
         listed_s = reach_m / (AHEAD * rows.speed_of_sound) + direct.latency_s
         rows = rows.cut(round(listed_s * rows.sample_rate))
