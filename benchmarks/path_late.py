@@ -131,7 +131,11 @@ class Truth:
     def __init__(self, rays: int, seed: int) -> None:
         rng = np.random.default_rng(seed)
         self.emitters, self.columns = places(rng)
-        self.energy = trace(self.emitters, rays, seed)[:, :, FIRST_BIN:]
+        whole = trace(self.emitters, rays, seed)
+        # a fade-in is largest while it lasts: its sign is told from 20 ms on
+        self.risen = whole[:, :, 1:]
+        self.risen_times = (np.arange(1, LAST_BIN + 1) + 0.5) * BIN_S
+        self.energy = whole[:, :, FIRST_BIN:]
         self.times = (np.arange(FIRST_BIN, LAST_BIN + 1) + 0.5) * BIN_S
         emitters, listeners, energies = self.rows(np.arange(len(self.emitters)))
         rooms = (emitters[:, 0] > 5).astype(int), (listeners[:, 0] > 5).astype(int)
@@ -251,8 +255,8 @@ def run(rays: int, draws: int) -> dict[str, dict[str, float]]:
                 found["fade"] = fade_in_right(
                     maps,
                     tuple(one[across] for one in ends),
-                    energies[across],
-                    truth.times,
+                    truth.risen[test].reshape(len(across), -1)[across],
+                    truth.risen_times,
                     truth.rates,
                 )
                 back = maps.log_energies(ends[1], ends[0], truth.times)

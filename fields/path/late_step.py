@@ -51,7 +51,7 @@ def descend(
     moments: Moments,
     ends: tuple[np.ndarray, np.ndarray],
     shares: np.ndarray,
-    penalty: np.ndarray,
+    penalties: tuple[np.ndarray, np.ndarray],
     damping: float,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the change of the level, (features,), and of the shares."""
@@ -64,16 +64,18 @@ def descend(
     width, kinds = first.shape[1], len(rows)
     normal = np.empty((kinds * width, kinds * width))
     right = np.empty(kinds * width)
-    penalties = [moments.pull, *moments.hold]
+    pulls = [moments.pull, *moments.hold]
     for k, row in enumerate(rows):
         here = slice(k * width, (k + 1) * width)
-        right[here] = row.T @ moments.first[k] - penalties[k]
+        right[here] = row.T @ moments.first[k] - pulls[k]
         for other in range(k, kinds):
             there = slice(other * width, (other + 1) * width)
             block = (row * moments.second[k, other][:, None]).T @ rows[other]
             normal[here, there] = block
             normal[there, here] = block.T
-    normal[np.diag_indices_from(normal)] += np.tile(penalty, kinds)
+    normal[np.diag_indices_from(normal)] += np.concatenate(
+        [penalties[0], *[penalties[1]] * (kinds - 1)]
+    )
     diagonal = np.diag_indices_from(normal)
     normal[diagonal] *= 1 + damping
     step = np.linalg.solve(normal, right).reshape(kinds, width)
