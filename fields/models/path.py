@@ -16,6 +16,7 @@ from fields.data import FieldData
 from fields.field import paired_queries
 from fields.frame import SceneFrame
 from fields.path.acoustics import Acoustics
+from fields.path.air import speed_at, stretched
 from fields.path.fallback import NearestRows
 from fields.path.fitset import FitSet
 from fields.path.ground_plan import GroundPlan, plan_of
@@ -45,6 +46,8 @@ class Config:
     "longest path, seconds; beyond it the late field speaks alone"
     late: bool = True
     "complete the paths with a late field"
+    pose_sd_m: float = 0.003
+    "standard deviation of each stated coordinate of fitted rows, metres; 0: exact"
     geometry: str = "auto"
     "auto: the room's mesh where it is known; blind; or a mesh, room file or scene"
     network_steps: int = 400
@@ -84,19 +87,46 @@ class PathField:
         return self.acoustics.report()
 
     def predict(
-        self, emitters: Poses | Pose | np.ndarray, listeners: Poses | Pose | np.ndarray
+        self,
+        emitters: Poses | Pose | np.ndarray,
+        listeners: Poses | Pose | np.ndarray,
+        *,
+        temperature_c: float | None = None,
     ) -> np.ndarray:
-        """Return responses, shape (queries, n_samples), float32."""
-        return self.predict_exactly(emitters, listeners).astype(np.float32)
+        """Return responses, shape (queries, n_samples), float32.
+
+        Parameters
+        ----------
+        emitters, listeners : Poses, Pose or ndarray
+            Both ends.
+        temperature_c : float, optional
+            Of the air, degrees Celsius; the mean of the rows heard by default.
+
+        Raises
+        ------
+        SignalError
+            If the temperature is no temperature of a room.
+        """
+        exact = self.predict_exactly(emitters, listeners, temperature_c=temperature_c)
+        return exact.astype(np.float32)
 
     def predict_exactly(
-        self, emitters: Poses | Pose | np.ndarray, listeners: Poses | Pose | np.ndarray
+        self,
+        emitters: Poses | Pose | np.ndarray,
+        listeners: Poses | Pose | np.ndarray,
+        *,
+        temperature_c: float | None = None,
     ) -> np.ndarray:
-        """Return responses in double precision."""
+        """Return responses in double precision; see :meth:`predict`."""
         first, second = paired_queries(emitters, listeners)
         answer = self.acoustics.predict(first, second, self.frame.n_samples)
         if self.joined is not None:
             answer = self.joined.apply(answer, first, second)
+        if temperature_c is not None:
+            speed = self.acoustics.mean_speed(self.frame.speed_of_sound)
+            later = speed / speed_at(temperature_c)
+            latency = self.acoustics.latency_s * self.frame.sample_rate
+            answer = stretched(answer, later, latency)
         return self.frame.scale * answer
 
     def emitter_gain(self) -> GainPattern:

@@ -15,6 +15,7 @@ from fields.path.rest import Rest
 from fields.path.shoebox import FittedRoom
 from fields.path.stored import room_arrays, room_from
 from rir import GainPattern, Poses
+from rir.physics import speed_of_sound
 
 __all__ = ["Acoustics"]
 
@@ -60,6 +61,21 @@ class Acoustics:
         if self.rest is None:
             return early
         return self.rest.apply(early, emitters, listeners)
+
+    @property
+    def latency_s(self) -> float:
+        """Seconds before every arrival, as fitted."""
+        return 0.0 if self.fitted is None else float(self.fitted.room.latency_s)
+
+    def mean_speed(self, told: float) -> float:
+        """Return the speed of sound that answers are given for.
+
+        By the mean of the logged temperatures; where none was, as it was fitted, or
+        without a room `told`.
+        """
+        if "temperature_c" in self.recording:
+            return speed_of_sound(self.recording["temperature_c"])
+        return told if self.fitted is None else float(self.fitted.speed_of_sound)
 
     def emitter_gain(self) -> GainPattern:
         """Return the emitter's pattern, with a mean gain of 1 over directions."""

@@ -12,12 +12,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fields.path.fitset import FitSet
+from rir.errors import SignalError
 from rir.physics import speed_of_sound
 
-__all__ = ["BlockAir", "at_one_temperature", "hear_blocks", "stretched"]
+__all__ = [
+    "BlockAir",
+    "at_one_temperature",
+    "hear_blocks",
+    "logged_temperature",
+    "speed_at",
+    "stretched",
+]
 
 FloatArray = NDArray[np.float64]
 TAPS = 32
+TEMPERATURES_C = (-40.0, 60.0)
 A_KELVIN = 0.00173
 """Part of the speed of sound that a kelvin changes, near 20 degrees."""
 LOGGED_SD, GUESSED_SD = 0.3 * A_KELVIN, 2.0 * A_KELVIN
@@ -75,6 +84,14 @@ def at_one_temperature(rows: FitSet, latency_s: float = 0.0) -> FitSet:
     return _brought(rows, speeds / mean_speed, latency_s)
 
 
+def logged_temperature(rows: FitSet) -> dict[str, float]:
+    """Return the mean of the logged temperatures, degrees Celsius; none if unknown."""
+    if rows.temperatures is None:
+        return {}
+    known = rows.temperatures[np.isfinite(rows.temperatures)]
+    return {"temperature_c": float(known.mean())} if len(known) else {}
+
+
 def hear_blocks(
     rows: FitSet, told: FloatArray, latency_s: float, *, even: BlockAir | None = None
 ) -> BlockAir:
@@ -112,6 +129,23 @@ def hear_blocks(
     return found
 
 
+def speed_at(temperature_c: float) -> float:
+    """Return the speed of sound at a temperature asked for, metres per second.
+
+    Raises
+    ------
+    SignalError
+        If it is no temperature of a room.
+    """
+    coldest, hottest = TEMPERATURES_C
+    if not coldest <= temperature_c <= hottest:
+        raise SignalError(
+            f"air of {temperature_c} °C was asked for; rooms have {coldest:.0f} to "
+            f"{hottest:.0f} °C: leave it out for the mean of the rows heard"
+        )
+    return speed_of_sound(temperature_c)
+
+
 def stretched(
     responses: FloatArray, factor: float, latency_samples: float = 0.0
 ) -> FloatArray:
@@ -144,9 +178,9 @@ def _brought(rows: FitSet, factors: FloatArray, latency_s: float) -> FitSet:
     """Return rows recorded in air so many times as fast as the mean, in mean air."""
     responses = rows.responses.copy()
     latency = latency_s * rows.sample_rate
-    for factor in np.unique(np.round(factors, 6)):
-        mine = np.round(factors, 6) == factor
-        if abs(factor - 1) > 1e-6:
+    for factor in np.unique(np.round(factors, 9)):
+        mine = np.round(factors, 9) == factor
+        if abs(factor - 1) > 1e-9:
             responses[mine] = stretched(rows.responses[mine], factor, latency)
     return replace(rows, responses=responses)
 

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["damped_step", "row_weights", "trust"]
+__all__ = ["damped_step", "root_mean_square", "row_weights", "trust"]
 
 FloatArray = NDArray[np.float64]
 
@@ -32,3 +32,9 @@ def damped_step(
     scaled[np.diag_indices_from(scaled)] += damping + 1e-9
     step[active] = np.linalg.solve(scaled, right[active] / scale) / scale
     return step
+
+
+def root_mean_square(spread: FloatArray) -> float:
+    """Return the rms of standard deviations that are known; NaN where none is."""
+    known = spread[np.isfinite(spread)]
+    return float(np.sqrt((known**2).mean())) if len(known) else float("nan")

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fields.path.box_fit import slow_columns
-from fields.path.descent import damped_step, row_weights, trust
+from fields.path.descent import damped_step, root_mean_square, row_weights, trust
 from fields.path.fitset import FitSet
 from fields.path.mesh_room import MeshRoom
 from fields.path.scan import tangents
 
-__all__ = ["MeshStep", "PlaneFit", "fit_planes", "squared_errors"]
+__all__ = ["MeshStep", "PlaneFit", "family_sd", "fit_planes", "squared_errors"]
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -71,6 +71,24 @@ class PlaneFit:
         spread = np.full(len(self.active), np.nan)
         spread[self.active] = np.sqrt(np.clip(np.diag(self.covariance), 0, None))
         return spread[AIR : AIR + 3 * count].reshape(count, 3)[:, 2]
+
+
+def family_sd(fit: PlaneFit) -> dict[str, float]:
+    """Return the standard deviation of each kind of parameter, rms over it."""
+    count, room = len(fit.room.walls), fit.room
+    spread = np.full(len(fit.active), np.nan)
+    spread[fit.active] = np.sqrt(np.clip(np.diag(fit.covariance), 0, None))
+    planes = spread[AIR : AIR + 3 * count].reshape(count, 3)
+    level = max(abs(float(room.emitting[0])), 1e-300)
+    families = {
+        "turn_rad": planes[:, :2].ravel(),
+        "walls_m": planes[:, 2],
+        "speed_of_sound_m_s": spread[:1],
+        "latency_s": spread[1:2],
+        "reflection": spread[AIR + 3 * count : AIR + 4 * count],
+        "emitter_pattern": spread[AIR + 4 * count :] / level,
+    }
+    return {name: root_mean_square(part) for name, part in families.items()}
 
 
 def fit_planes(

@@ -19,19 +19,19 @@ from fields.path.resumed import resumed
 from fields.path.shoebox import FittedRoom, _without_slow
 from rir import Poses
 
-__all__ = ["Corrected", "correct_places"]
+__all__ = ["Corrected", "correct_places", "placed"]
 
 FloatArray = NDArray[np.float64]
 ROWS, FRESH_ROWS, LEAST_ROWS = 60, 60, 12
-HEARD_S = 0.05
+HEARD_S = 0.04
 """Early sound tells where an end is; late sound only repeats it."""
 STEP_M = 2e-4
-ROUNDS = 2
-LEFT = 0.01
-"""Where paths leave less than this, no place is worth correcting."""
-WORTH, HARMLESS = 0.8, 1.0
-FARTHEST, FAR = 4.0, 3.0
-"""Sigmas that one coordinate may move, and that are worth a word."""
+ROUNDS, STEPS = 2, 2
+LEFT, MOST = 0.01, 0.3
+"""Where paths leave less no place is worth correcting, where more it is not places."""
+WORTH, HARMLESS = 0.8, 1.02
+FARTHEST = 4.0
+"""Sigmas that one coordinate may move."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,13 +85,12 @@ def correct_places(
     if sigma <= 0 or len(few) < LEAST_ROWS:
         return none
     before = left_over(few, fitted)
-    if not LEFT < before < 1:
+    if not LEFT < before < MOST:
         return none
     room, moved, shifts = fitted, few, np.zeros((len(few), 6))
     for _ in range(ROUNDS):
-        for _ in range(2):
-            shifts = _shifted(few, shifts, room, sigma)
-            moved = _at(few, shifts)
+        shifts = _settled(few, shifts, room, sigma)
+        moved = _at(few, shifts)
         try:
             room = resumed(moved, room, count=ROWS)
         except np.linalg.LinAlgError:
@@ -102,6 +101,19 @@ def correct_places(
     if after > WORTH * before or worse:
         return none
     return Corrected(room, shifts, before, after)
+
+
+def placed(rows: FitSet, fitted: FittedRoom | FittedMesh, sigma: float) -> FitSet:
+    """Return rows with their ends where the room says they were."""
+    return _at(rows, _settled(rows, np.zeros((len(rows), 6)), fitted, sigma))
+
+
+def _settled(
+    rows: FitSet, shifts: FloatArray, fitted: FittedRoom | FittedMesh, sigma: float
+) -> FloatArray:
+    for _ in range(STEPS):
+        shifts = _shifted(rows, shifts, fitted, sigma)
+    return shifts
 
 
 def _at(rows: FitSet, shifts: FloatArray) -> FitSet:

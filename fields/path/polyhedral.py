@@ -1,6 +1,7 @@
 """From a room of flat faces, roughly known, to a fitted one."""
 
-from dataclasses import dataclass, replace
+import json
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -12,7 +13,13 @@ from fields.path.bent import bends, bent_sound
 from fields.path.coloring import Coloring
 from fields.path.direct import DirectSound
 from fields.path.fitset import FitSet
-from fields.path.mesh_fit import MeshStep, PlaneFit, fit_planes, squared_errors
+from fields.path.mesh_fit import (
+    MeshStep,
+    PlaneFit,
+    family_sd,
+    fit_planes,
+    squared_errors,
+)
 from fields.path.mesh_room import MeshRoom
 from fields.path.polish import polished, without_coloring
 from fields.path.polyhedron import Polyhedron
@@ -55,12 +62,15 @@ class FittedMesh:
         moved.
     bending : bool
         Whether sound bends around edges.
+    family_sd : dict
+        Standard deviation of each kind of parameter.
     """
 
     room: MeshRoom
     coloring: Coloring
     plane_sd: FloatArray
     bending: bool = False
+    family_sd: dict[str, float] = field(default_factory=dict)
 
     def predict(self, emitters: Poses, listeners: Poses, n_samples: int) -> FloatArray:
         """Return all paths' sound, shape (rows, n_samples)."""
@@ -108,6 +118,7 @@ class FittedMesh:
             "speed_of_sound": float(room.speed_of_sound),
             "latency_s": float(room.latency_s),
             "volume_m3": float(room.shape.mesh.volume),
+            "sd": dict(self.family_sd),
         }
 
     def as_arrays(self) -> dict[str, Any]:
@@ -123,6 +134,7 @@ class FittedMesh:
             "coloring": self.coloring.factors,
             "plane_sd": self.plane_sd,
             "bending": self.bending,
+            "family_sd": json.dumps(self.family_sd),
         }
 
     @classmethod
@@ -138,7 +150,8 @@ class FittedMesh:
         )
         coloring = Coloring(arrays["coloring"], scalars["sample_rate"])
         bending = bool(arrays.get("bending", False))
-        return cls(room, coloring, arrays["plane_sd"], bending)
+        spread = json.loads(str(arrays.get("family_sd", "{}")))
+        return cls(room, coloring, arrays["plane_sd"], bending, spread)
 
 
 _SCALARS = ("speed_of_sound", "latency_s", "sample_rate", "reach_m")
@@ -181,7 +194,8 @@ def fit_polyhedron(
             rest = without_coloring(few, fitted.room, coloring)
             room = _holding(few, fitted.room)
             fitted = fit_planes(few, room, whole, rest)
-    return FittedMesh(fitted.room.free(), coloring, fitted.plane_sd(), bending)
+    spread = family_sd(fitted)
+    return FittedMesh(fitted.room.free(), coloring, fitted.plane_sd(), bending, spread)
 
 
 def _without_bent(rows: FitSet, room: MeshRoom) -> tuple[FitSet, bool]:

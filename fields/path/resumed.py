@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from fields.path.box_fit import Step, fit_room
 from fields.path.fitset import FitSet
-from fields.path.mesh_fit import MeshStep, fit_planes
+from fields.path.mesh_fit import MeshStep, family_sd, fit_planes
 from fields.path.polish import polished, without_coloring
 from fields.path.polyhedral import FittedMesh, _holding, _total, _without_bent
 from fields.path.shoebox import FittedRoom, _squares
@@ -64,5 +64,9 @@ def _mesh(few: FitSet, fitted: FittedMesh, turns: int) -> FittedMesh:
     found = fit_planes(few, room, whole, rest)
     coloring, room = polished(few, found.room, fitted.coloring, 1, _total)
     return replace(
-        fitted, room=room.free(), coloring=coloring, plane_sd=found.plane_sd()
+        fitted,
+        room=room.free(),
+        coloring=coloring,
+        plane_sd=found.plane_sd(),
+        family_sd=family_sd(found),
     )

@@ -8,7 +8,7 @@ import numpy as np
 from fields.path.air import BlockAir, hear_blocks
 from fields.path.fitset import FitSet
 from fields.path.listening import hear_listener, pattern_of
-from fields.path.places import correct_places
+from fields.path.places import correct_places, placed
 from fields.path.polyhedral import FittedMesh
 from fields.path.resumed import resumed
 from fields.path.shoebox import FittedRoom
@@ -16,6 +16,7 @@ from rir import GainPattern
 
 __all__ = ["Settled", "settle_air", "settle_listener", "settle_places"]
 
+CORRECTED = "pose_corrections"
 ROUNDS, STILL = 4, 3e-5
 """Turns of air and room, and the change of a block's speed that ends them."""
 BLOCK_ROWS, MOST_ROWS = 24, 240
@@ -48,6 +49,12 @@ class Settled:
     def even(self, rows: FitSet) -> FitSet:
         """Return rows brought to the mean air."""
         return rows if self.air is None else self.air.even(rows, self.latency_s)
+
+    def placed(
+        self, rows: FitSet, fitted: FittedRoom | FittedMesh, sigma: float
+    ) -> FitSet:
+        """Return rows with their places corrected, where that paid in the fit."""
+        return placed(rows, fitted, sigma) if CORRECTED in self.found else rows
 
     def onto(self, fitted: FittedRoom | FittedMesh) -> "Settled":
         """Return the same of another room."""
@@ -114,7 +121,7 @@ def settle_places(rows: FitSet, settled: Settled, sigma: float) -> Settled:
     told = corrected.report()
     if not told:
         return settled
-    found = settled.found | {"pose_corrections": told}
+    found = settled.found | {CORRECTED: told}
     return replace(settled, fitted=corrected.fitted, found=found)
 
 

@@ -11,6 +11,7 @@ from fields.path.bank import ideal_bank
 from fields.path.box import Box
 from fields.path.box_fit import Step, fit_room, slow_columns
 from fields.path.coloring import Coloring
+from fields.path.descent import root_mean_square
 from fields.path.direct import DirectSound
 from fields.path.fitset import FitSet
 from fields.path.polish import polished, without_coloring
@@ -91,6 +92,22 @@ class FittedRoom:
         spread = self.spreads()
         walls = np.stack([spread[3:6], spread[6:9]], axis=1).ravel()
         return np.where(np.isfinite(walls), walls, 0.0)
+
+    def family_sd(self) -> dict[str, float]:
+        """Return the standard deviation of each kind of parameter, rms over it.
+
+        Of the fit with one factor a wall; the emitter's pattern over its mean gain.
+        """
+        spread, level = self.spreads(), abs(float(self.room.emitting[0]))
+        families = {
+            "turn_rad": spread[:3],
+            "walls_m": spread[3:9],
+            "speed_of_sound_m_s": spread[9:10],
+            "latency_s": spread[10:11],
+            "reflection": spread[11:17],
+            "emitter_pattern": spread[17:] / max(level, 1e-300),
+        }
+        return {name: root_mean_square(part) for name, part in families.items()}
 
     def length_sd(self, lengths: FloatArray) -> FloatArray:
         """Return the standard deviation of paths of given lengths, metres.
