@@ -15,7 +15,13 @@ from fields.path.tint import colored
 
 __all__ = ["CalmTail", "even_noise"]
 
-WINDOWS_S = ((0.019, 0.0038), (0.0095, 0.0019), (0.0047, 0.0006))
+WINDOWS_S = (
+    (0.076, 0.0152),
+    (0.038, 0.0076),
+    (0.019, 0.0038),
+    (0.0095, 0.0019),
+    (0.0047, 0.0006),
+)
 STEPS = 60
 MARGIN_S = 0.04
 MIRRORED_S = 0.3

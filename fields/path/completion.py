@@ -5,32 +5,29 @@ from typing import Any
 
 import numpy as np
 
+from fields.path.agreement import Agreement, bins_after
 from fields.path.calm import CalmTail
 from fields.path.energy import EnergyModel, arrival_shares
 from fields.path.features import PlaceFeatures
 from fields.path.fitset import FitSet
-from fields.path.gate import Gate, Held, judge
+from fields.path.gate import MOST_GAIN, Gate, Held, judge
 from fields.path.horizon import Doubt, predicted_coherence
 from fields.path.late import LateMaps, chi_square_variance
-from fields.path.open_air import direct_windows, free_levels
-from fields.path.regions import Regions, apartness, find_regions, sight_bits
+from fields.path.measured import Measured
+from fields.path.named import part_of, prefixed
+from fields.path.regions import Regions, apartness
 from fields.path.tail import Tail
 from fields.path.tiles import Tiles
-from fields.path.tint import tint_filter
+from fields.path.tint import colored, tint_filter
+from fields.path.weighed import settled
 from fields.path.words import completion_alarms
 from rir import Poses
 
 __all__ = ["Completion"]
 
-MOST_ROWS, LEAST_ROWS = 400, 120
-MOST_SAMPLES = 1_000_000
-MOST_FOLDS = 5
-LEAST_PER_FOLD = 6
 MOST_PAIR_GAIN = 4.0
-TRIMMED_ROWS = 150
+TRIMMED_ROWS, TRIMMED_SAMPLES = (60, 150), 500_000
 BEGUN = 0.1
-FIRM = 0.7
-LEAST_BESIDE = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,21 +44,21 @@ class Completion:
         Which tiles the paths fill.
     tail : Tail
         Waveform of what the energy model fills.
+    agreement : Agreement
+        How much of each tile's energy keeps its waveform.
     alarms : list of str
         What a person should know.
-    firm : bool
-        Whether the direct sounds told are kept as they are.
-    onset_s : float
-        Delay of every arrival, seconds.
+    finish : numpy.ndarray
+        Filter of the whole answer, shape (taps,).
     """
 
     tiles: Tiles
     model: EnergyModel
     gate: Gate
     tail: Tail | CalmTail
+    agreement: Agreement
     alarms: list[str] = field(default_factory=list)
-    firm: bool = False
-    onset_s: float = 0.0
+    finish: np.ndarray = field(default_factory=lambda: np.ones(1))
 
     @classmethod
     def fit(
@@ -71,6 +68,7 @@ class Completion:
         paths: Any,
         *,
         spatial: bool = False,
+        measured: Measured | None = None,
     ) -> "Completion":
         """Learn from measured rows and what paths say of them.
 
@@ -85,22 +83,15 @@ class Completion:
         spatial : bool
             Let the tail differ from place to place as in a diffuse field. The
             default is one even waveform, which is the better guess of each.
+        measured : Measured, optional
+            What the same rows say by themselves, where that is known already.
         """
-        most = int(np.clip(MOST_SAMPLES // fit_set.n_samples, LEAST_ROWS, MOST_ROWS))
-        if len(fit_set) > most:
-            kept = _spread_rows(fit_set, most)
-            fit_set, early = fit_set.rows(kept), early[kept]
-        speed = float(getattr(paths, "speed_of_sound", fit_set.speed_of_sound))
-        tiles = Tiles(fit_set.sample_rate, fit_set.n_samples)
+        known = measured or Measured.of(fit_set, paths)
+        fit_set, early = known.rows, early[known.kept]
+        tiles, speed, regions = known.tiles, known.speed_of_sound, known.regions
         ends = fit_set.emitters.positions, fit_set.listeners.positions
-        timing = fit_set.distances, fit_set.sample_rate, speed
-        free = free_levels(paths, fit_set.emitters, fit_set.listeners)
-        bits = sight_bits(fit_set.responses, *timing, free)
-        regions = find_regions(*ends, bits)
-        features = PlaceFeatures.of(np.vstack(ends), regions)
-        held = _held(tiles, fit_set.responses, early)
-        model = EnergyModel.fit(held.measured, *ends, tiles, features, speed)
-        model_misfit = _left_out(held, fit_set, tiles, features, speed, model)
+        held = _held(known, early)
+        model_misfit = known.misfit
         doubt = Doubt(walls=getattr(paths, "length_sd", None))
         expected = predicted_coherence(tiles.centers, tiles.times, speed, doubt)
         apart = apartness(regions(ends[0]), regions(ends[1]))
@@ -113,20 +104,31 @@ class Completion:
         center = np.vstack(ends).mean(axis=0)
         tail = _tail(spatial, 0, center, tiles, speed)
         alarms = completion_alarms(fit_set, gate, tiles, model_misfit, regions)
-        onset = float(getattr(getattr(paths, "room", None), "latency_s", 0.0))
-        windows = direct_windows(
-            timing[0], speed, onset, fit_set.n_samples, fit_set.sample_rate
-        )
-        firm = _firm(fit_set.responses * windows, early * windows)
-        rough = cls(tiles, model, gate, tail, alarms, firm, onset)
+        after = bins_after(fit_set.distances, speed, tiles)
+        agreement = Agreement.fit(held, after, apart)
+        rough = cls(tiles, known.model, gate, tail, agreement, alarms)
         if (gate.weights == 1).all() and (gate.shares == 1).all():
             return rough
-        some = np.arange(0, len(fit_set), -(-len(fit_set) // TRIMMED_ROWS))
-        chosen = fit_set.rows(some)
-        rough = rough._tinted(chosen, early[some])
-        told = rough.apply(early[some], chosen.emitters, chosen.listeners)
-        energies = held.measured[some], tiles.energies(told)
-        return replace(rough, gate=gate.trimmed(*energies, apart[some]))
+        most = min(
+            max(TRIMMED_SAMPLES // fit_set.n_samples, TRIMMED_ROWS[0]), TRIMMED_ROWS[1]
+        )
+        some = np.arange(0, len(fit_set), -(-len(fit_set) // most))
+        return settled(rough, fit_set.rows(some), early[some], held.measured[some])
+
+    def trimmed(
+        self, rows: FitSet, early: np.ndarray, energies: np.ndarray
+    ) -> "Completion":
+        """Return the completion with levels put right on average.
+
+        `energies` are the rows' own, shape (rows, bands, bins).
+        """
+        rough = self._tinted(rows, early)
+        told = rough.apply(early, rows.emitters, rows.listeners)
+        regions = self.model.features.regions
+        ends = rows.emitters.positions, rows.listeners.positions
+        apart = apartness(regions(ends[0]), regions(ends[1]))
+        gate = self.gate.trimmed(energies, self.tiles.energies(told), apart)
+        return replace(rough, gate=gate)
 
     def _tinted(self, rows: FitSet, early: np.ndarray) -> "Completion":
         """Return the completion with the rows' spectral shape on its tail."""
@@ -152,31 +154,24 @@ class Completion:
         gains, shares, weights, trims = self.gate.between(apart)
         if (weights == 1).all() and (shares == 1).all():
             return self.tiles.gained(early, gains)
+        reach = np.linalg.norm(first - second, axis=1)
+        after = bins_after(reach, self.model.speed_of_sound, self.tiles)
+        shares, levels = self.agreement.between(after, apart)
+        shares = np.where(weights == 1, 1.0, shares)
+        if self.agreement.steady:
+            gains = np.where(shares > weights, np.minimum(levels, MOST_GAIN), gains)
+            weights = np.maximum(weights, shares)
+            trims = 1 + (trims - 1) * (1 - shares)
         target = self._targets(early, first, second, gains, weights)
         wanted = np.exp(target) * trims**2
-        direct = self._direct(early, first, second)
-        early = early - direct
         heard = self.tiles.energies(early)
-        if self.firm:
-            own = self.tiles.energies(direct)
-            wanted = np.maximum(wanted - own, LEAST_BESIDE * np.minimum(wanted, own))
         pair = np.sqrt(wanted / np.maximum(heard, 1e-2 * wanted + 1e-300))
         pair = np.where(weights == 1, gains, np.minimum(pair, MOST_PAIR_GAIN))
         out = self.tiles.gained(early, pair * np.sqrt(shares))
         if (shares < 1).any():
-            out += self._tail(first, second, wanted * (1 - shares))
-        return out + direct
-
-    def _direct(
-        self, early: np.ndarray, first: np.ndarray, second: np.ndarray
-    ) -> np.ndarray:
-        """Return direct sounds that are firm; tiles must not cut them in two."""
-        if not self.firm:
-            return np.zeros_like(early)
-        reach = np.linalg.norm(first - second, axis=1)
-        timing = self.model.speed_of_sound, self.onset_s
-        shape = early.shape[1], self.tiles.sample_rate
-        return early * direct_windows(reach, *timing, *shape)
+            late = self.agreement.calm**2 * wanted * (1 - shares)
+            out += self._tail(first, second, late)
+        return colored(out, self.finish)
 
     def _targets(
         self,
@@ -232,13 +227,13 @@ class Completion:
             "gate_weights": self.gate.weights,
             "gate_coherence": self.gate.coherence,
             "gate_trims": self.gate.trims,
+            **prefixed("agreement", self.agreement.as_arrays()),
             "tail_seed": np.array(self.tail.seed),
             "tail_center": self.tail.center,
             "tail_spatial": np.array(isinstance(self.tail, Tail)),
             "tail_tint": getattr(self.tail, "tint", np.ones(1)),
             "alarms": np.array(self.alarms, dtype=str),
-            "firm": np.array(self.firm),
-            "onset_s": np.array(self.onset_s),
+            "finish": self.finish,
         }
 
     @classmethod
@@ -258,14 +253,14 @@ class Completion:
         speed = float(arrays["speed_of_sound"])
         model = EnergyModel(tuple(maps), arrays["profiles"], features, speed)
         gate = Gate(*(arrays[f"gate_{name}"] for name in _GATE))
+        agreement = Agreement.from_arrays(part_of(arrays, "agreement"))
         center, seed = arrays["tail_center"], int(arrays["tail_seed"])
         spatial = bool(arrays["tail_spatial"])
         tail = _tail(spatial, seed, center, tiles, speed)
         if isinstance(tail, CalmTail):
             tail = replace(tail, tint=arrays["tail_tint"])
         alarms = [str(one) for one in arrays["alarms"]]
-        firm, onset = bool(arrays["firm"]), float(arrays["onset_s"])
-        return cls(tiles, model, gate, tail, alarms, firm, onset)
+        return cls(tiles, model, gate, tail, agreement, alarms, arrays["finish"])
 
 
 def _tail(
@@ -283,33 +278,11 @@ def _padded(rows: list[np.ndarray], length: int) -> np.ndarray:
     return out
 
 
-def _spread_rows(fit_set: FitSet, count: int) -> np.ndarray:
-    """Return rows drawn evenly over emitters."""
-    order = np.argsort(fit_set.places, kind="stable")
-    picked = order[np.linspace(0, len(order) - 1, count).astype(int)]
-    return np.sort(picked)
-
-
-def _firm(measured: np.ndarray, told: np.ndarray) -> bool:
-    """Return whether direct sounds are told well enough to be kept whole."""
-    loud = np.sqrt(np.maximum((measured**2).sum(axis=1, keepdims=True), 1e-300))
-    measured, told = measured / loud, told / loud
-    both = float((measured * told).sum())
-    power = float((measured**2).sum() * (told**2).sum())
-    return both > 0 and both**2 > FIRM * power
-
-
-def _held(tiles: Tiles, measured: np.ndarray, told: np.ndarray) -> Held:
-    energies = tiles.energies(measured)
+def _held(known: Measured, told: np.ndarray) -> Held:
     if not told.any():
-        nothing = np.zeros_like(energies)
-        return Held(energies, nothing, nothing, nothing)
-    return Held(
-        energies,
-        tiles.energies(told),
-        tiles.products(measured, told),
-        tiles.products(measured, np.roll(told, 1, axis=0)),
-    )
+        nothing = np.zeros_like(known.energies)
+        return Held(known.energies, nothing, nothing, nothing)
+    return Held(known.energies, *known.tiles.compared(known.rows.responses, told))
 
 
 def _path_ratio(held: Held) -> np.ndarray:
@@ -320,45 +293,4 @@ def _path_ratio(held: Held) -> np.ndarray:
     return np.log(ratio, out=ratio, where=known)
 
 
-def _misfit(held: Held, told: np.ndarray) -> np.ndarray:
-    known = (held.measured > 0) & np.isfinite(told)
-    log = np.full(known.shape, np.nan)
-    np.log(held.measured, out=log, where=known)
-    return log - np.where(known, told, 0.0)
-
-
-def _left_out(
-    held: Held,
-    fit_set: FitSet,
-    tiles: Tiles,
-    features: PlaceFeatures,
-    speed: float,
-    model: EnergyModel,
-) -> np.ndarray:
-    """Return log energy errors of the energy model at emitters left out."""
-    ends = fit_set.emitters.positions, fit_set.listeners.positions
-    misfit = _misfit(held, model(*ends, tiles))
-    places = np.unique(fit_set.places)
-    if len(places) < 2 or len(fit_set) < LEAST_PER_FOLD * 2:
-        return misfit
-    for fold in range(min(len(places), MOST_FOLDS)):
-        out = fit_set.places % MOST_FOLDS == fold
-        if out.all() or not out.any():
-            continue
-        rest = ~out
-        one = EnergyModel.fit(
-            held.measured[rest],
-            ends[0][rest],
-            ends[1][rest],
-            tiles,
-            features,
-            speed,
-        )
-        told = one(ends[0][out], ends[1][out], tiles)
-        part = Held(*(getattr(held, name)[out] for name in _PARTS))
-        misfit[out] = _misfit(part, told)
-    return misfit
-
-
 _GATE = ("gains", "shares", "weights", "coherence", "trims")
-_PARTS = ("measured", "told", "products", "shuffled")

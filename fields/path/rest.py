@@ -17,6 +17,7 @@ from fields.path.aligned import AlignedRows
 from fields.path.completion import Completion
 from fields.path.fitset import FitSet
 from fields.path.launch import Launch
+from fields.path.measured import Measured
 from fields.path.mixture import mix, mixing_weights
 from fields.path.named import part_of
 from fields.path.open_air import directivity
@@ -103,10 +104,11 @@ class Rest:
             said.append(kept.left_out(judged))
             if aimed:
                 said.append(kept.left_out(judged, aimed=True))
+        measured = Measured.of(judged, paths)
         found = {}
         for name, weights in _candidates(judged, said, tiles).items():
             mixed = mix(tiles, weights, said)
-            completion = Completion.fit(judged, mixed, paths)
+            completion = Completion.fit(judged, mixed, paths, measured=measured)
             told = completion.apply(mixed, judged.emitters, judged.listeners)
             found[name] = weights, completion, told
         answers = {name: one[2] for name, one in found.items()}

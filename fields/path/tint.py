@@ -44,10 +44,13 @@ def tint_filter(
 
 
 def colored(wave: np.ndarray, taps: np.ndarray) -> np.ndarray:
-    """Return a waveform through a filter, as long as it was."""
-    from scipy.signal import fftconvolve
+    """Return waveforms (..., n) through a filter, as long as they were."""
+    from scipy.signal import oaconvolve
 
-    return np.asarray(fftconvolve(wave, taps))[: len(wave)]
+    if len(taps) == 1:
+        return wave * taps[0]
+    shaped = taps.reshape((1,) * (wave.ndim - 1) + (-1,))
+    return np.asarray(oaconvolve(wave, shaped, axes=-1))[..., : wave.shape[-1]]
 
 
 def _smoothed(responses: np.ndarray, sample_rate: float) -> np.ndarray:
