@@ -21,9 +21,10 @@ LEAST_WALLS = 4
 TURNS_DEG = 0.3, 0.1, 0.03
 ALIGNED_DEG = 1.5
 SAME_WALL_M = 0.15
-POOLED, SHARE = 2.5, 0.3
+POOLED, SHARE = 2.0, 0.1
 """What speaks for a wall that is known from the next room."""
-BEYOND_M = 0.05
+BEYOND_M, HELD = 0.05, 0.02
+SURE_Z = 6.0
 
 
 def hear_boxes(rooms: list[FitSet], direct: DirectSound) -> list[Box | None]:
@@ -51,15 +52,31 @@ def hear_boxes(rooms: list[FitSet], direct: DirectSound) -> list[Box | None]:
         signals, own = scans[k]
         if known:
             box = _framed(signals, own, known[0])
-            box = _apart(_going_on(box, signals[-1], known), rooms, k)
         elif own:
             box = own[0] if own[0].heard.all() else _supposed(rooms[k], direct, own)
-            box = _apart(_turned(signals, box), rooms, k)
+            box = _turned(signals, box)
         else:
             return boxes
         boxes[k] = box
         known.append(box)
+    for k, (signals, _) in scans.items():
+        box = boxes[k]
+        if box is not None:
+            others = [one for one in known if one is not box]
+            box = _apart(_going_on(box, signals[-1], others), rooms, k)
+            boxes[k] = _sure(box)
     return boxes
+
+
+def _sure(box: Box) -> Box:
+    """Return the box without walls that too little speaks for."""
+    faint = box.z.reshape(3, 2) < SURE_Z
+    return replace(
+        box,
+        low=np.where(faint[:, 0], -FAR_M, box.low),
+        high=np.where(faint[:, 1], FAR_M, box.high),
+        z=np.where(faint, 0.0, box.z.reshape(3, 2)).ravel(),
+    )
 
 
 def _framed(signals: list[ScanSignals], own: list[Box], first: Box) -> Box:
@@ -116,7 +133,7 @@ def _apart(box: Box, rooms: list[FitSet], mine: int) -> Box:
         ends = np.concatenate([rows.emitters.positions, rows.listeners.positions])
         local = box.inside(ends)
         held = ((local > low + BEYOND_M) & (local < high - BEYOND_M)).all(axis=1)
-        if held.mean() < 0.1:
+        if held.mean() < HELD:
             continue
         own = box.inside(
             np.concatenate(
@@ -158,7 +175,8 @@ def _going_on(box: Box, signals: ScanSignals, known: list[Box]) -> Box:
                 continue
             if found[0].strength < SHARE * loud:
                 continue
-            z[wall] = found[0].pooled
+            # two rooms speak for it
+            z[wall] = max(found[0].pooled, SURE_Z)
             if upper:
                 high[axis] = -offset - middle
             else:
