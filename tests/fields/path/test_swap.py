@@ -59,7 +59,7 @@ def flat_faces():
     from rooms.mesh import MeshGeometry
 
     shape = Polyhedron.of_mesh(MeshGeometry.extruded(OUTLINE, 2.8))
-    walls = 0.7 + 0.03 * np.arange(len(shape.planes))
+    walls = np.linspace(0.7, 0.9, len(shape.planes)).astype(np.float64)
     devices = patterns(4, 2), patterns(2, 3)
     room = MeshRoom(shape, SPEED, 1e-3, walls, *devices, ideal_bank(36), RATE, 3, 13.0)
     return FittedMesh(room, slow_part(), np.full(8, 1e-3), bending=True)
