@@ -21,9 +21,9 @@ __all__ = ["Supposed", "suppose_box"]
 
 FloatArray = NDArray[np.float64]
 TURNS, MOVING_TURNS = 2, 6
-SWEPT_ROWS, SWEPT_ORDER = 24, 4
+SWEPT_ROWS, SWEPT_ORDER = 24, 8
 STEP_M, REACH_M, NEAREST_M = 0.05, 7.0, 0.03
-BEST = 3
+BEST = 5
 APART_M = 0.15
 ROUNDS = 3
 CLEAR = 0.01
@@ -33,6 +33,8 @@ POOR, FEW_PLACES, YAW_STEP_DEG = 0.1, 3, 1.5
 FIRST_FACTOR = 0.75
 IDLE, UNSURE = 1.01, 1.15
 """A wall that is left out, and one that is doubted; see `Supposed.doubts`."""
+SILENT = 0.02
+"""Reflection factor of no wall."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +99,7 @@ def suppose_box(
 
 def _without_idle(low: LowSound, best: Trial, doubts: FloatArray) -> Trial:
     """Return the room without walls that explain nothing: none is invented."""
-    idle = best.box.heard & (doubts < IDLE)
+    idle = best.box.heard & ((doubts < IDLE) | (np.abs(best.room.walls) < SILENT))
     room = best.room
     for wall in np.flatnonzero(idle):
         room = _with_wall(room, int(wall), None)
@@ -123,7 +125,8 @@ def _settled(low: LowSound, boxes: list[Box]) -> tuple[Trial, FloatArray]:
             return best, np.full(6, np.inf)
         before = best
         for wall in range(6):
-            best, doubts[wall] = _placed(low, best, wall)
+            if best.left > CLEAR:
+                best, doubts[wall] = _placed(low, best, wall)
         if best is before:
             break
         best = low.tried(best.room, MOVING_TURNS, geometry=True)
