@@ -17,6 +17,7 @@ from fields.path.fitset import FitSet, place_numbers
 from fields.path.ground_plan import box_shape, cut_at, plan_of
 from fields.path.mesh_room import MeshRoom
 from fields.path.opened import open_box
+from fields.path.outline import find_clues, find_outline, other_outlines
 from fields.path.path_list import list_paths
 from fields.path.plan_plot import draw_plan
 from fields.path.polyhedral import FittedMesh, fit_drawn, fit_polyhedron
@@ -214,6 +215,24 @@ def test_walls_between_poses_are_found(l_set, boxed):
     assert len(planes) == 8
     assert_allclose(as_found(planes), 0, atol=3e-3)
     assert_allclose(opened.fitted.report()["volume_m3"], 68.16, rtol=0.02)
+
+
+def test_an_arm_that_holds_one_emitter_is_closed_on_trial(boxed):
+    places = np.array([[1.0, 3.0, 1.2], [2.3, 4.4, 2.4], [4.6, 1.1, 2.3]])
+    first = places.repeat(60, axis=0)
+    second = places_in_l(np.random.default_rng(5), len(first))
+    room = room_of(Polyhedron.of_mesh(MeshGeometry.extruded(OUTLINE, 3.0)))
+    ends = Poses.of(first), Poses.of(second)
+    sound = room.render(*ends, 900)
+    still = np.zeros(len(first), dtype=np.int64)
+    rows = FitSet(sound, *ends, RATE, SPEED, place_numbers(first), still)
+    clues = find_clues(rows, boxed[0], boxed[1])
+    outline = find_outline(clues)
+    assert outline is None or not outline.closed
+    other = next(other_outlines(clues))
+    assert other.closed
+    assert_allclose(as_found(other.shape.planes), 0, atol=0.01)
+    assert len(other.shape.planes) == 8
 
 
 def test_noise_holds_no_walls_between_poses(l_set, boxed):
