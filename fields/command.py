@@ -111,7 +111,7 @@ def train_and_report(request: Request) -> ResultTable:
     _draw(folder, table, field, data, split)
     console.print(table.rich())
     lines = _summary(request, table, saved, folder, seconds)
-    for line in lines + _unrest(field):
+    for line in lines + _doubts(field) + _unrest(field):
         console.print(line, soft_wrap=True, highlight=False)
     return table
 
@@ -274,6 +274,11 @@ def _draw(
 def _history(field: Field) -> list[list[float]]:
     report = getattr(field, "report", {})
     return report.get("history", [])
+
+
+def _doubts(field: Field) -> list[str]:
+    """Return what a field that judges itself says of the room."""
+    return [f"! {alarm}" for alarm in getattr(field, "alarms", [])]
 
 
 def _unrest(field: Field) -> list[str]:

@@ -66,7 +66,7 @@ def guarded(acoustics: Acoustics, rows: FitSet) -> Acoustics:
         return acoustics
     words = (
         "the nearest response is answered: at emitter places left out nothing else "
-        "came nearer; check poses, their units and the sample rate"
+        "came nearer; record more rows an emitter place, and check poses and units"
     )
     return replace(
         acoustics,
@@ -74,5 +74,5 @@ def guarded(acoustics: Acoustics, rows: FitSet) -> Acoustics:
         rows=nearest,
         rest=None,
         unexplained=1.0,
-        alarms=[*acoustics.alarms, words],
+        alarms=[words, *(f"of what is not used: {one}" for one in acoustics.alarms)],
     )

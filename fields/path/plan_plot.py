@@ -16,27 +16,30 @@ __all__ = ["draw_plan"]
 SURE_MM, POOR_MM = 0.1, 30.0
 THICK, THIN = 5.0, 1.0
 MOST_ALARMS, WIDTH = 6, 88
+LINE_IN = 0.16
 
 
 def draw_plan(path: Path, plan: GroundPlan) -> None:
     """Draw a plan as a PNG; thick dark lines are sure, dashed ones unheard."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(8, _page_height(plan)), layout="constrained")
+    lines = _lines(plan)
+    height = _page_height(plan) + LINE_IN * len(lines)
+    figure = Figure(figsize=(8, height), layout="constrained")
     axes = figure.add_subplot()
-    figure.suptitle(f"walls heard, cut at {plan.height_m:.2f} m [{plan.mark}]")
     for one, other in plan.known:
         axes.plot(*np.stack([one, other]).T, color="0.6", lw=1, ls=":", zorder=1)
     for wall in plan.walls:
         _draw_wall(axes, wall)
     _draw_furnishing(axes, plan.furnishing)
-    axes.plot(*plan.listeners.T, ".", color="tab:blue", ms=3, zorder=0)
+    axes.plot(*plan.listeners.T, ".", color="tab:blue", ms=3, zorder=6)
     axes.plot(*plan.emitters.T, "^", color="tab:red", ms=8, zorder=5)
     _name_marks(axes, len(plan.known) > 0)
     axes.set_aspect("equal")
     axes.set_xlabel("x, m")
     axes.set_ylabel("y, m")
-    axes.set_title("\n".join(_lines(plan)), fontsize=8, loc="left")
+    title = f"walls heard, cut at {plan.height_m:.2f} m [{plan.mark}]"
+    axes.set_title("\n".join([title, *lines]), fontsize=8, loc="left")
     figure.savefig(path, dpi=110)
 
 
@@ -111,7 +114,7 @@ def _lines(plan: GroundPlan) -> list[str]:
         for wall in plan.walls
         if wall.level
     ]
-    found = f"{len(plan.walls)} walls; " + ", ".join(levels)
+    found = "; ".join([f"{len(plan.walls)} walls", *filter(None, [", ".join(levels)])])
     if plan.furnishing:
         count, blocks = len(plan.furnishing.points), len(plan.furnishing.blocks)
         found += f"; small objects: {count}, blocks: {blocks}"
