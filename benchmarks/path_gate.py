@@ -19,6 +19,7 @@ from fields.evaluate import compare_rows
 from fields.path.bank import ideal_bank
 from fields.path.completion import Completion
 from fields.path.fitset import FitSet, place_numbers
+from fields.path.hearing import hear_room
 from fields.path.horizon import Doubt, coherence_horizon
 from fields.path.mesh_room import MeshRoom
 from fields.path.polyhedron import Polyhedron
@@ -264,6 +265,38 @@ def length_cost(count: int) -> dict[str, float]:
     return found
 
 
+def whole_length(render: Callable[..., None], count: int) -> dict[str, float]:
+    """Return CPU seconds of hearing the same room from 0.1 s and from 1 s.
+
+    Images to 0.12 s and, from 15 ms after the direct sound, noise as loud.
+    """
+    size = ROOMS["6 x 4 x 3 m"]
+    ends = pairs(size, count, 5, 6)
+    times = np.arange(round(RATE)) / RATE
+    told = np.zeros((count, len(times)))
+    early = images(render, ends, size, 0.12)
+    told[:, : early.shape[1]] = early
+    noise = np.random.default_rng(0).standard_normal(told.shape)
+    direct = np.linalg.norm(ends[0] - ends[1], axis=1)[:, None] / SPEED
+    told += 0.1 * np.exp(-10 * times) * noise * (times > direct + 0.015)
+    rows = fit_set(told, ends)
+    found = {}
+    for duration in (0.1, 0.1, 1.0):
+        part = rows.cut(round(duration * RATE))
+        started = time.process_time()
+        heard = hear_room(part)
+        fitted = time.process_time()
+        some = rows.emitters[:20], rows.listeners[:20]
+        heard.predict(*some, part.n_samples)
+        done = time.process_time()
+        found[f"hear {duration} s, CPU s"] = fitted - started
+        found[f"answer {duration} s, CPU ms"] = 1e3 * (done - fitted) / 20
+    found["1 s over 0.1 s (1.6)"] = (
+        found["hear 1.0 s, CPU s"] / found["hear 0.1 s, CPU s"]
+    )
+    return found
+
+
 def main(argv: Sequence[str]) -> int:
     """Print the answers and write them."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -276,7 +309,8 @@ def main(argv: Sequence[str]) -> int:
         "NMSE at the horizon, dB (-3 +-1.5)": horizon_errors(render, count),
         "wrong paths": wrong_paths(render, count),
         "right paths": right_paths(render, count),
-        "length": length_cost(3 * count),
+        "length of the completion": length_cost(3 * count),
+        "length of the whole": whole_length(render, 3 * count),
     }
     print("SIMULATED")
     for title, rows in found.items():
