@@ -69,6 +69,7 @@ class Completion:
         *,
         spatial: bool = False,
         measured: Measured | None = None,
+        guide: np.ndarray | None = None,
     ) -> "Completion":
         """Learn from measured rows and what paths say of them.
 
@@ -85,12 +86,15 @@ class Completion:
             default is one even waveform, which is the better guess of each.
         measured : Measured, optional
             What the same rows say by themselves, where that is known already.
+        guide : numpy.ndarray, optional
+            Another answer, whose energies are believed in place of the paths'.
         """
         known = measured or Measured.of(fit_set, paths)
-        fit_set, early = known.rows, early[known.kept]
+        loud = early if guide is None else guide
+        fit_set, early, loud = known.rows, early[known.kept], loud[known.kept]
         tiles, speed, regions = known.tiles, known.speed_of_sound, known.regions
         ends = fit_set.emitters.positions, fit_set.listeners.positions
-        held = _held(known, early)
+        held = _held(known, loud)
         model_misfit = known.misfit
         doubt = Doubt(walls=getattr(paths, "length_sd", None))
         expected = predicted_coherence(tiles.centers, tiles.times, speed, doubt)
@@ -105,7 +109,8 @@ class Completion:
         tail = _tail(spatial, 0, center, tiles, speed)
         alarms = completion_alarms(fit_set, gate, tiles, model_misfit, regions)
         after = bins_after(fit_set.distances, speed, tiles)
-        agreement = Agreement.fit(held, after, apart)
+        waves = held if guide is None else _held(known, early)
+        agreement = Agreement.fit(waves, after, apart)
         rough = cls(tiles, known.model, gate, tail, agreement, alarms)
         if (gate.weights == 1).all() and (gate.shares == 1).all():
             return rough
@@ -113,32 +118,46 @@ class Completion:
             max(TRIMMED_SAMPLES // fit_set.n_samples, TRIMMED_ROWS[0]), TRIMMED_ROWS[1]
         )
         some = np.arange(0, len(fit_set), -(-len(fit_set) // most))
-        return settled(rough, fit_set.rows(some), early[some], held.measured[some])
+        guided = None if guide is None else loud[some]
+        energies = held.measured[some]
+        return settled(rough, fit_set.rows(some), early[some], energies, guided)
 
     def trimmed(
-        self, rows: FitSet, early: np.ndarray, energies: np.ndarray
+        self,
+        rows: FitSet,
+        early: np.ndarray,
+        energies: np.ndarray,
+        guide: np.ndarray | None = None,
     ) -> "Completion":
         """Return the completion with levels put right on average.
 
         `energies` are the rows' own, shape (rows, bands, bins).
         """
-        rough = self._tinted(rows, early)
-        told = rough.apply(early, rows.emitters, rows.listeners)
+        rough = self._tinted(rows, early, guide)
+        told = rough.apply(early, rows.emitters, rows.listeners, guide)
         regions = self.model.features.regions
         ends = rows.emitters.positions, rows.listeners.positions
         apart = apartness(regions(ends[0]), regions(ends[1]))
         gate = self.gate.trimmed(energies, self.tiles.energies(told), apart)
         return replace(rough, gate=gate)
 
-    def _tinted(self, rows: FitSet, early: np.ndarray) -> "Completion":
+    def _tinted(
+        self, rows: FitSet, early: np.ndarray, guide: np.ndarray | None
+    ) -> "Completion":
         """Return the completion with the rows' spectral shape on its tail."""
         if not isinstance(self.tail, CalmTail):
             return self
-        told = self.apply(early, rows.emitters, rows.listeners)
+        told = self.apply(early, rows.emitters, rows.listeners, guide)
         taps = tint_filter(rows.responses, told, rows.sample_rate)
         return replace(self, tail=replace(self.tail, tint=taps))
 
-    def apply(self, early: np.ndarray, emitters: Poses, listeners: Poses) -> np.ndarray:
+    def apply(
+        self,
+        early: np.ndarray,
+        emitters: Poses,
+        listeners: Poses,
+        guide: np.ndarray | None = None,
+    ) -> np.ndarray:
         """Return completed responses, shape (rows, n_samples).
 
         Parameters
@@ -147,6 +166,8 @@ class Completion:
             What the paths say, shape (rows, n_samples).
         emitters, listeners : Poses
             The ends.
+        guide : numpy.ndarray, optional
+            The answer whose energies are believed, where it was fitted with one.
         """
         first, second = emitters.positions, listeners.positions
         regions = self.model.features.regions
@@ -162,9 +183,10 @@ class Completion:
             gains = np.where(shares > weights, np.minimum(levels, MOST_GAIN), gains)
             weights = np.maximum(weights, shares)
             trims = 1 + (trims - 1) * (1 - shares)
-        target = self._targets(early, first, second, gains, weights)
-        wanted = np.exp(target) * trims**2
         heard = self.tiles.energies(early)
+        loud = heard if guide is None else self.tiles.energies(guide)
+        target = self._targets(loud * gains**2, first, second, weights)
+        wanted = np.exp(target) * trims**2
         pair = np.sqrt(wanted / np.maximum(heard, 1e-2 * wanted + 1e-300))
         pair = np.where(weights == 1, gains, np.minimum(pair, MOST_PAIR_GAIN))
         out = self.tiles.gained(early, pair * np.sqrt(shares))
@@ -175,14 +197,12 @@ class Completion:
 
     def _targets(
         self,
-        early: np.ndarray,
+        heard: np.ndarray,
         first: np.ndarray,
         second: np.ndarray,
-        gains: np.ndarray,
         weights: np.ndarray,
     ) -> np.ndarray:
         """Return log energies between the paths' and the energy model's."""
-        heard = self.tiles.energies(early) * gains**2
         told = self.model(first, second, self.tiles)
         least = np.maximum(heard, 1e-6 * np.exp(told) + 1e-300)
         known = np.isfinite(told) & (weights < 1)

@@ -49,6 +49,8 @@ class Rest:
         Of the paths, the rows and the rows alike.
     completion : Completion
         Energies and late sound.
+    guided : bool
+        Whether energies are those of interpolated rows, in place of the mixture's.
     launch : Launch or None
         Levels of direct sounds.
     proof : Proof
@@ -61,6 +63,7 @@ class Rest:
     aimed: bool
     weights: FloatArray
     completion: Completion
+    guided: bool = False
     launch: Launch | None = None
     proof: Proof = field(default_factory=Proof)
     alarms: list[str] = field(default_factory=list)
@@ -106,20 +109,23 @@ class Rest:
                 said.append(kept.left_out(judged, aimed=True))
         measured = Measured.of(judged, paths)
         found = {}
-        for name, weights in _candidates(judged, said, tiles).items():
-            mixed = mix(tiles, weights, said)
-            completion = Completion.fit(judged, mixed, paths, measured=measured)
-            told = completion.apply(mixed, judged.emitters, judged.listeners)
-            found[name] = weights, completion, told
-        answers = {name: one[2] for name, one in found.items()}
+        weights = mixing_weights(judged.responses, said, tiles)
+        mixed = mix(tiles, weights, said)
+        for name, guide in _guides(judged, said).items():
+            known = Completion.fit(judged, mixed, paths, measured=measured, guide=guide)
+            ends = judged.emitters, judged.listeners
+            found[name] = known, known.apply(mixed, *ends, guide)
+        answers = {name: one[1] for name, one in found.items()}
         scores = prove(judged, answers if len(found) > 1 else {})
         best = scores.best if len(found) > 1 else next(iter(found))
         known = {"path": scores.scores[best]} if len(found) > 1 else {}
-        weights, completion, told = found[best]
-        if not weights[1:].any():
+        completion, told = found[best]
+        guided = best == "rows"
+        if not guided and not weights[1:].any():
             kept, weights = None, weights[:1]
         aimed = aimed and kept is not None
-        rest = cls(kept, aimed, weights, completion, alarms=completion.alarms)
+        parts = kept, aimed, weights, completion, guided
+        rest = cls(*parts, alarms=completion.alarms)
         launch = None
         if aimed and judged.n_places > 1:
             launch = Launch.fit(judged, told, latency_s)
@@ -163,14 +169,19 @@ class Rest:
         self, said: list[FloatArray], emitters: Poses, listeners: Poses
     ) -> FloatArray:
         mixed = mix(self.completion.tiles, self.weights, said)
-        told = self.completion.apply(mixed, emitters, listeners)
+        guide = said[1] if self.guided else None
+        told = self.completion.apply(mixed, emitters, listeners, guide)
         if self.launch is not None:
             told = self.launch.apply(told, emitters, listeners)
         return told
 
     def as_arrays(self) -> dict[str, np.ndarray]:
         """Return everything as plain arrays, for a file."""
-        arrays = {"weights": self.weights, "aimed": np.array(self.aimed)}
+        arrays = {
+            "weights": self.weights,
+            "aimed": np.array(self.aimed),
+            "guided": np.array(self.guided),
+        }
         parts = {"rows": self.rows, "launch": self.launch}
         for name, part in parts.items():
             held = {} if part is None else vars(part)
@@ -189,25 +200,20 @@ class Rest:
             bool(arrays["aimed"]),
             arrays["weights"],
             Completion.from_arrays(part_of(arrays, "late")),
+            bool(arrays.get("guided", False)),
             Launch(**_with_scalars(launch)) if launch else None,  # type: ignore
             Proof(json.loads(str(arrays["proof"]))),
             [str(one) for one in arrays["alarms"]],
         )
 
 
-def _candidates(
-    judged: FitSet, said: list[FloatArray], tiles: Tiles
-) -> dict[str, FloatArray]:
-    """Return weights worth trying: the mixture, and rows alone where paths are poor."""
-    mixture = mixing_weights(judged.responses, said, tiles)
-    found = {"mixture": mixture}
+def _guides(judged: FitSet, said: list[FloatArray]) -> dict[str, FloatArray | None]:
+    """Return whose energies are worth believing: rows' as well where paths are poor."""
     left = judged.responses - said[0]
     loud = float((judged.responses**2).sum())
     if len(said) < 2 or float((left**2).sum()) < EXPLAINED * loud:
-        return found
-    rows = np.zeros_like(mixture)
-    rows[1] = 1.0
-    return found | {"rows": rows}
+        return {"mixture": None}
+    return {"mixture": None, "rows": said[1]}
 
 
 def _with_scalars(arrays: dict[str, np.ndarray]) -> dict[str, Any]:

@@ -7,13 +7,17 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from fields import load_field, train
+from fields.data import prepare
+from fields.models.path import Config, PathField
 from fields.path.acoustics import Acoustics
+from fields.path.agreement import Agreement, bins_after
 from fields.path.aligned import AlignedRows
 from fields.path.fitset import FitSet, place_numbers
+from fields.path.gate import Held
 from fields.path.hearing import hear_room
 from fields.path.launch import Launch
 from fields.path.mixture import mix, mixing_weights
-from fields.path.network import held_out_rows, train_network
+from fields.path.network import Joined, held_out_rows, train_network
 from fields.path.open_air import directivity
 from fields.path.proof import Proof, prove
 from fields.path.residual import needs_network
@@ -217,3 +221,41 @@ def test_held_out_rows_of_a_single_emitter_are_listeners(rows):
     hidden = held_out_rows(alone)
     assert hidden.any()
     assert not hidden.all()
+
+
+def test_ends_of_an_answer_with_a_network_may_be_exchanged():
+    data = prepare(dataset(diffuse_rows()))
+    plan = TrainingPlan(steps=3)
+    acoustics = hear_room(FitSet.of(data), aimed=False)
+    network, hidden, said = train_network(data, plan, 3, alike=True)
+    unheard = FitSet.of(data).rows(np.flatnonzero(hidden))
+    ends = unheard.emitters, unheard.listeners
+    told = acoustics.predict(*ends, unheard.n_samples)
+    joined = Joined.fit(network, unheard.responses, told, said)
+    field = PathField(acoustics, data.frame, Config(), joined=joined)
+    there = field.predict_exactly(*ends)
+    back = field.predict_exactly(*ends[::-1])
+    assert np.abs(there - told * data.frame.scale).max() > 0
+    assert_allclose(back, there, rtol=0, atol=1e-12 * np.abs(there).max())
+
+
+def test_agreement_is_one_where_waveforms_are_the_same_and_none_where_they_are_not():
+    rng = np.random.default_rng(2)
+    rows = diffuse_rows()
+    tiles = Tiles(RATE, LENGTH)
+    told = rows.responses.copy()
+    late = np.arange(LENGTH) / RATE > rows.distances[:, None] / SPEED + 0.025
+    told[late] = 0.02 * rng.standard_normal(int(late.sum()))
+    held = Held(
+        tiles.energies(rows.responses),
+        tiles.energies(told),
+        tiles.products(rows.responses, told),
+        tiles.products(rows.responses, np.roll(told, 1, axis=0)),
+    )
+    after = bins_after(rows.distances, SPEED, tiles)
+    apart = np.zeros(len(rows))
+    shares, _ = Agreement.fit(held, after, apart).between(after, apart)
+    wide = shares[:, 2:]
+    index = np.broadcast_to(after[:, None], wide.shape)
+    assert wide[index == 1].min() == 1
+    assert wide[(index > 8) & (index < 16)].max() == 0
