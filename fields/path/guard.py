@@ -66,7 +66,7 @@ def guarded(acoustics: Acoustics, rows: FitSet) -> Acoustics:
         return acoustics
     words = (
         "the nearest response is answered: at emitter places left out nothing else "
-        "came nearer; record more rows an emitter place, and check poses and units"
+        "came nearer; record more pairs, and check poses and units"
     )
     return replace(
         acoustics,
