@@ -7,6 +7,7 @@ asked only where neither walls nor rows explain what is heard.
 
 import json
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,7 @@ from fields.path.network import Joined
 from fields.path.pace import paced
 from fields.path.polyhedron import Polyhedron
 from fields.path.residual import needs_network, with_network
+from fields.path.strays import heard_without_strays
 from fields.plan import TrainingPlan
 from rir import GainPattern, Pose, Poses
 
@@ -189,14 +191,15 @@ def fit(data: FieldData, config: Config, plan: TrainingPlan) -> PathField:
         return PathField(
             Acoustics(None, nearest, None, 1.0, words), data.frame, config, _ends(data)
         )
-    acoustics = hear_room(
-        rows,
+    hear = partial(
+        hear_room,
         **sizes,
         listening=data.frame.listener_gain,
         emitting=data.frame.emitter_gain,
         aimed=unequal(data.frame),
         shape=shape,
     )
+    acoustics = heard_without_strays(rows, hear)
     joined = None
     if config.late:
         acoustics = guarded(acoustics, rows)

@@ -249,7 +249,11 @@ def _without_room(
     if direct is None or direct.clearness < LEAST_CLEARNESS or not late:
         alarms.append("the nearest response is answered")
         return Acoustics(None, NearestRows.of(rows), None, 1.0, alarms)
-    air = fit_open_air(heard, direct, listening, emitting)
+    try:
+        air = fit_open_air(heard, direct, listening, emitting)
+    except np.linalg.LinAlgError:
+        alarms.append("no direct sound lies within the rows: the nearest is answered")
+        return Acoustics(None, NearestRows.of(rows), None, 1.0, alarms)
     judged = heard.spread(_judged_rows(rows.n_samples))
     early = air.predict(judged.emitters, judged.listeners, rows.n_samples)
     latency = direct.latency_s
@@ -280,7 +284,8 @@ def _room_alarms(fitted: FittedRoom | FittedMesh, unexplained: float) -> list[st
     if not heard.all():
         names = [WALL_NAMES[k] for k in np.flatnonzero(~heard)]
         alarms.append(f"walls unseen by the data: {', '.join(names)}; none is invented")
-    if unexplained > POOR:
+    # half octaves hold energies of sound whose waveforms nothing tells
+    if unexplained > (POOR if _banded(fitted) else BELIEVED):
         alarms.append(
             f"paths explain only {100 * (1 - unexplained):.0f} % of the energy: this "
             "room is not a box, or the poses are off"

@@ -12,6 +12,7 @@ __all__ = ["completion_alarms"]
 LEVEL_ALARM_DB = 1.0
 OPEN_ALARM = 0.9
 NEPER_DB = 10 / np.log(10)
+SILENT_NEPER = 30 / NEPER_DB
 
 
 def completion_alarms(
@@ -44,7 +45,8 @@ def _level_error(misfit: np.ndarray, places: np.ndarray) -> float:
     """Return the rms over emitters of the mean level error, dB."""
     if len(np.unique(places)) < 2:
         return 0.0
-    known = np.isfinite(misfit)
+    # a simulator's digital silence is no level
+    known = np.abs(misfit) < SILENT_NEPER
     weight = np.where(known, 1.0, 0.0)
     gaps = []
     for place in np.unique(places):

@@ -1,37 +1,36 @@
 """Sets whose poses, units or rates are wrong: never worse than the nearest row."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.testing import assert_allclose, assert_array_equal
 
 from fields.path.acoustics import Acoustics
 from fields.path.fallback import NearestRows
-from fields.path.fitset import place_numbers
 from fields.path.guard import guarded
 from fields.path.hearing import hear_room
-from rir import Poses
+from fields.path.proof import Proof
 
 
-def in_units(rows, factor):
-    first, second = factor * rows.emitters.positions, factor * rows.listeners.positions
-    return replace(
-        rows,
-        emitters=Poses(first, rows.emitters.orientations),
-        listeners=Poses(second, rows.listeners.orientations),
-        places=place_numbers(first),
-    )
+class LateRest:
+    """Answer everything 20 ms late, as with poses in the wrong units."""
+
+    proof = Proof()
+
+    def left_out(self, early, rows):
+        return np.roll(early, round(0.02 * rows.sample_rate), axis=1)
+
+    apply = left_out
 
 
-def test_poses_told_in_feet_are_answered_by_the_nearest_row(box_set, unseen_set):
-    rows, asked = in_units(box_set, 3.28), in_units(unseen_set, 3.28)
-    acoustics = guarded(hear_room(rows), rows)
-    told = acoustics.predict(asked.emitters, asked.listeners, asked.n_samples)
-    kept = NearestRows.of(rows)
-    assert_array_equal(
-        told, kept.predict(asked.emitters, asked.listeners, asked.n_samples)
-    )
-    assert any("check poses, their units" in one for one in acoustics.alarms)
+def test_what_is_worse_than_the_nearest_row_gives_way_to_it(box_set, unseen_set):
+    late: Any = LateRest()
+    spoiled = replace(hear_room(box_set), rest=late, unexplained=0.9)
+    acoustics = guarded(spoiled, box_set)
+    ends = unseen_set.emitters, unseen_set.listeners, unseen_set.n_samples
+    assert_array_equal(acoustics.predict(*ends), NearestRows.of(box_set).predict(*ends))
+    assert any("the nearest response is answered" in one for one in acoustics.alarms)
 
 
 def test_rows_that_do_not_follow_the_poses_are_not_retimed(box_set):

@@ -24,6 +24,7 @@ def test_a_clean_box_is_told_to_the_end_of_long_rows(long_set, make_box_rows):
 
 def test_paths_are_not_followed_where_they_tell_little(long_set, make_box_rows):
     fitted = hear_room(make_box_rows(emitters=3, listeners=12)).fitted
+    assert fitted is not None
     rng = np.random.default_rng(2)
     noisy = long_set.responses + 0.02 * rng.standard_normal(long_set.responses.shape)
     spoiled = type(long_set)(noisy, **_others(long_set))
