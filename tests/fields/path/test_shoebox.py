@@ -9,7 +9,7 @@ from fields.path.acoustics import Acoustics
 from fields.path.bank import PulseBank, ideal_bank
 from fields.path.box import Box
 from fields.path.box_fit import Step, _active, _sums, level_errors
-from fields.path.hearing import hear_room
+from fields.path.hearing import _room_alarms, hear_room
 from fields.path.room import OMNI, BoxRoom
 
 WALLS = np.array([0.9, 0.8, 0.85, 0.8, 0.7, 0.85])
@@ -28,6 +28,12 @@ def test_unseen_emitters_are_told_to_forty_decibels(heard, unseen_set):
     errors = level_errors(unseen_set.responses, predicted(heard, unseen_set))
     assert np.median(errors) < -40
     assert not heard.alarms
+
+
+def test_a_box_that_leaves_a_third_unexplained_is_not_called_one(heard):
+    assert not _room_alarms(heard.fitted, 0.01)
+    alarms = _room_alarms(heard.fitted, 0.34)
+    assert any("not a box" in one for one in alarms)
 
 
 def test_walls_and_pattern_are_the_true_ones(heard):
