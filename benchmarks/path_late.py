@@ -208,16 +208,24 @@ def errors(
 
 def fade_in_right(
     maps: LateMaps, ends: tuple, energies: np.ndarray, times: np.ndarray, rates
-) -> float:
-    """Return the share of pairs whose fast amplitude has the sign of the truth's."""
+) -> tuple[float, float]:
+    """Return the share of pairs whose fast amplitude has the sign of the truth's.
+
+    The second is the same among the pairs whose sign the truth tells, that is to two
+    standard deviations of its own chance.
+    """
     if len(maps.rates) < 2:
-        return float("nan")
+        return float("nan"), float("nan")
     waves = np.exp(-np.outer(rates, times)).T
     scaled = waves[None] / energies[..., None]
-    normal = np.einsum("ntk,ntl->nkl", scaled, scaled)
-    true = np.linalg.solve(normal, scaled.sum(axis=1)[..., None])[:, 1, 0]
+    inverse = np.linalg.inv(np.einsum("ntk,ntl->nkl", scaled, scaled))
+    both = (inverse @ scaled.sum(axis=1)[..., None])[..., 0]
+    gap = 1 - np.einsum("ntk,nk->nt", scaled, both)
+    chance = (gap**2).sum(axis=1) / (len(times) - 2) * inverse[:, 1, 1]
+    true, sure = both[:, 1], np.abs(both[:, 1]) > 2 * np.sqrt(chance)
     told = ((ends[0] @ maps.shares.T) * (ends[1] @ maps.shares.T))[:, 0]
-    return float((np.sign(told) == np.sign(true)).mean())
+    right = np.sign(told) == np.sign(true)
+    return float(right.mean()), float(right[sure].mean())
 
 
 def asymmetric(truth: Truth, chosen: np.ndarray, test: np.ndarray) -> np.ndarray:
@@ -252,7 +260,7 @@ def run(rays: int, draws: int) -> dict[str, dict[str, float]]:
                 ends = features(emitters), features(listeners)
                 told = maps.log_energies(*ends, truth.times)
                 found = errors(told, energies, across)
-                found["fade"] = fade_in_right(
+                found["fade"], found["sure"] = fade_in_right(
                     maps,
                     tuple(one[across] for one in ends),
                     truth.risen[test].reshape(len(across), -1)[across],
@@ -279,11 +287,12 @@ def main(argv: Sequence[str]) -> int:
     options = parser.parse_args(argv)
     found = run(1500 if options.quick else 40_000, 1 if options.quick else 4)
     print("SIMULATED; errors at unseen emitters, dB rms")
-    print(f"{'':44}  bins level cross  fade in right  swap    CPU s")
+    print(f"{'':44}  bins level cross  fade in right (sure)  swap    CPU s")
     for name, row in found.items():
         print(
             f"{name:44} {row['bins']:5.2f} {row['level']:5.2f} {row['cross']:5.2f}"
-            f"  {row.get('fade', np.nan):6.2f}  {row.get('swap', np.nan):.0e}"
+            f"  {row.get('fade', np.nan):6.2f} {row.get('sure', np.nan):6.2f}"
+            f"  {row.get('swap', np.nan):.0e}"
             f" {row.get('seconds', np.nan):6.2f} {row.get('slopes', np.nan):.1f}"
         )
     options.out.parent.mkdir(parents=True, exist_ok=True)

@@ -133,7 +133,31 @@ def fit_maps(
         )
         if cost < best_cost:
             best, best_cost = fitted, cost
-    return best
+    return _opposed(best, np.vstack([first, second]), flags)
+
+
+def _opposed(maps: LateMaps, places: np.ndarray, flags: int) -> LateMaps:
+    """Return the maps with faster slopes opposed to the slowest in other regions.
+
+    The slowest mode is positive everywhere, so that any other, orthogonal to it, has
+    both signs. It is told well where it is strong; elsewhere its small share follows
+    from the balance of u(x) exp(2 a(x)) over the regions, and with it the fade-in,
+    which is less than a single pair's chance.
+    """
+    if flags < 2 or len(maps.shares) == 0:
+        return maps
+    held = places[:, places.shape[1] - flags :]
+    count = np.maximum(held.sum(axis=0), 1e-9)
+    energy = np.exp(np.clip(2 * (held.T @ (places @ maps.level)) / count, -600, 600))
+    shares = maps.shares.copy()
+    for one in shares:
+        mean = held.T @ (places @ one) / count
+        own = int(np.argmax(np.abs(mean)))
+        others = np.arange(flags) != own
+        share = -mean[own] * energy[own] / max(float(energy[others].sum()), 1e-300)
+        if abs(share) < abs(mean[own]):
+            one[len(one) - flags :][others] += share - mean[others]
+    return replace(maps, shares=shares)
 
 
 def _one_slope(

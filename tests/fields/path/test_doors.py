@@ -11,6 +11,7 @@ from fields.path.direct import read_direct
 from fields.path.fitset import FitSet, place_numbers
 from fields.path.jambs import scan_jambs, way_lengths
 from fields.path.joining import join_rooms
+from fields.path.late import LateMaps, fit_maps
 from fields.path.onsets import read_onsets
 from fields.path.opening import Opening, Slab, find_opening, find_thickness
 from fields.path.partition import split_by_planes
@@ -210,6 +211,17 @@ def test_rooms_and_hole_make_one_closed_shape():
     rng = np.random.default_rng(9)
     ends = np.concatenate([drawn(rng, k, 50, 0.05) for k in (0, 1)])
     assert not shape.mesh.outside(ends).any()
+
+
+def test_a_fade_in_follows_from_the_balance_of_modes():
+    # two rooms: energies .02 and 2e-4, the fast mode ten times the slow in the second
+    flags, level = np.eye(2), 0.5 * np.log([0.02, 2e-4])
+    maps = LateMaps(np.array([15.0, 65.0]), level, np.array([[0.02, 10.0]]))
+    rows = flags[[0, 0, 1, 1]], flags[[0, 1, 0, 1]]
+    times = 0.07 + 0.02 * np.arange(30)
+    log = maps.log_energies(*rows, times)
+    told = fit_maps(log, times, *rows, maps.rates, flags=2)
+    assert told.shares[0, 0] * told.shares[0, 1] < 0
 
 
 def test_one_room_is_left_as_it_is(box_set):
