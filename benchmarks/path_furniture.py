@@ -1,14 +1,11 @@
 """Measure what the path field makes of a box standing in the way of sound.
 
-A 5 x 4 x 2.6 m room of even walls holds a box of 1 m3 that stops sound: every leg of
-every path (to order 8) that meets it goes around its two sides and over its top, each
-way as late as it is longer and as faint as Kurze and Anderson say of its Fresnel
-number (Applied Acoustics 4, 1971); the box's five faces mirror what they see, too. The
-loudspeaker is directional and turned at random, poses are told 3 mm wrong, noise 60 dB
-below the peak. Asked at emitters never heard: levels of direct sounds behind the box
-from 1 kHz up, with and without what was found in the way, and how well its place
-agrees (volume of both over volume of either). The same room without the box must hold
-nothing. SIMULATED.
+In a 5 x 4 x 2.6 m room every leg of every path (to order 8) that meets a box of 1 m3
+goes round both its sides and over its top, each way late and as faint as Kurze and
+Anderson say (Applied Acoustics 4, 1971); its five faces mirror, too. The loudspeaker is
+directional, poses are told 3 mm wrong, noise is at -60 dB. At unseen places: levels of
+direct sounds behind the box from 1 kHz up, with and without what was found, and the
+volume it shares with the box. The room without the box must hold nothing. SIMULATED.
 """
 
 import argparse
@@ -36,6 +33,7 @@ ORDER, FRONT, POSE_SD_M, HEIGHTS_M = 8, 0.3, 0.003, (0.3, 1.3)
 FACE, NODES = 0.7, 24
 CLEAR_WALL_M, CLEAR_BOX_M = 0.4, 0.25
 JUDGED_HZ = (1000.0, 2000.0, 4000.0)
+SHOWN = "level_db without_db worse_without_db iou voxels nmse_db cpu_s".split()
 BARS = {"level_db": 3.0, "worse_without_db": 3.0, "iou": 0.3}
 
 
@@ -192,6 +190,26 @@ def through(start, end, size, low, high, empty, step, speed, nodes, way, path):
 
 
 @njit(cache=True, fastmath=True)
+def mirrored(e, h, ahead, front, low, high, side, face, step, speed, path, out):
+    """Add what a face of the box mirrors; sides low x, high x, low y, high y, top."""
+    axis = min(side // 2, 2)
+    plane = high[axis] if side % 2 or side == 4 else low[axis]
+    sign = 1.0 if side % 2 or side == 4 else -1.0
+    a, b = sign * (e[axis] - plane), sign * (h[axis] - plane)
+    if a <= 0 or b <= 0:
+        return
+    image = h.copy()
+    image[axis] = 2 * plane - h[axis]
+    spot = e + a / (a + b) * (image - e)
+    for other in range(3):
+        if other != axis and not low[other] < spot[other] < high[other]:
+            return
+    length = np.sqrt(((image - e) ** 2).sum())
+    path[:] = face * (1 - front + front * np.dot(image - e, ahead) / length)
+    add_path(1.0, length, step, speed, path, out)
+
+
+@njit(cache=True, fastmath=True)
 def render(
     emitters, listeners, ahead, size, factors, front, low, high, empty, order, speed,
     step, reach, face, nodes, out,
@@ -226,42 +244,20 @@ def render(
         if empty or order == 0:
             continue
         for side in range(5):
-            axis, plane = side // 2, high[side // 2] if side % 2 else low[side // 2]
-            sign = 1.0 if side % 2 else -1.0
-            if side == 4:
-                plane, sign = high[2], 1.0
-            a, b = sign * (e[axis] - plane), sign * (h[axis] - plane)
-            if a <= 0 or b <= 0:
-                continue
-            spot = e + a / (a + b) * (h - e)
-            spot[axis] = plane
-            inside = True
-            image[:] = h
-            image[axis] = 2 * plane - h[axis]
-            for other in range(3):
-                if other != axis:
-                    spot[other] = e[other] + a / (a + b) * (h[other] - e[other])
-                    inside &= low[other] < spot[other] < high[other]
-            if inside:
-                length = np.sqrt(((image - e) ** 2).sum())
-                value = face * (
-                    1 - front + front * np.dot(image - e, ahead[row]) / length
-                )
-                path[:] = 1.0
-                add_path(value, length, step, speed, path, out[row])
+            mirrored(e, h, ahead[row], front, low, high, side, face, step, speed, path,
+                     out[row])  # fmt: skip
 
 
 def spectra_of(
     truth: Truth, first: np.ndarray, second: np.ndarray, yaw: np.ndarray
 ) -> np.ndarray:
     """Return spectra of true places, shape (rows, bins)."""
-    hertz = np.fft.rfftfreq(SPECTRUM, 1 / RATE)
+    hertz, step = np.fft.rfftfreq(SPECTRUM, 1 / RATE), RATE / SPECTRUM
     ahead = np.stack([np.cos(yaw), np.sin(yaw), 0 * yaw], axis=1)
     out = np.zeros((len(first), len(hertz)), dtype=complex)
     render(
         first, second, ahead, SIZE, FACTORS, FRONT, truth.low, truth.high, truth.empty,
-        truth.order, SPEED, RATE / SPECTRUM, (SAMPLES + 40) / RATE * SPEED, FACE, NODES,
-        out,
+        truth.order, SPEED, step, (SAMPLES + 40) / RATE * SPEED, FACE, NODES, out,
     )  # fmt: skip
     ratio = 1j * hertz / 60.0
     chain = ratio**2 / (1 + np.sqrt(2) * ratio + ratio**2)
@@ -294,10 +290,9 @@ def rows_of(truth: Truth, emitters: int, listeners: int, seed: int) -> Rows:
     responses = responses + 1e-3 * loud * rng.standard_normal(responses.shape)
     turns = np.zeros((count, 4))
     turns[:, 2], turns[:, 3] = np.sin(yaw / 2), np.cos(yaw / 2)
-    block = np.zeros(count, dtype=np.int64)
     poses = Poses(told, turns), Poses.of(heard)
-    rows = FitSet(responses, *poses, RATE, SPEED, place_numbers(told), block)
-    return Rows(rows, first, second, yaw)
+    numbers = place_numbers(told), np.zeros(count, dtype=np.int64)
+    return Rows(FitSet(responses, *poses, RATE, SPEED, *numbers), first, second, yaw)
 
 
 def _clear(truth: Truth, rng: np.random.Generator, count: int) -> np.ndarray:
@@ -312,8 +307,6 @@ def _clear(truth: Truth, rng: np.random.Generator, count: int) -> np.ndarray:
 
 def hidden(truth: Truth, rows: Rows) -> np.ndarray:
     """Return which direct sounds meet the box."""
-    if truth.empty:
-        return np.zeros(len(rows.first), dtype=bool)
     pairs = zip(rows.first, rows.second, strict=True)
     return np.array([meets(a, b, truth.low, truth.high) for a, b in pairs])
 
@@ -321,10 +314,8 @@ def hidden(truth: Truth, rows: Rows) -> np.ndarray:
 def levels(spectra: np.ndarray, hertz: np.ndarray) -> np.ndarray:
     """Return levels of the octaves judged, shape (rows, octaves), decibels."""
     power = np.abs(spectra) ** 2
-    told = [
-        power[:, (hertz > center / 2**0.5) & (hertz < center * 2**0.5)].sum(axis=1)
-        for center in JUDGED_HZ
-    ]
+    near = [np.abs(np.log2(hertz / center + 1e-9)) < 0.5 for center in JUDGED_HZ]
+    told = [power[:, octave].sum(axis=1) for octave in near]
     return 10 * np.log10(np.stack(told, axis=1) + 1e-30)
 
 
@@ -334,7 +325,7 @@ def direct_errors(truth: Truth, rows: Rows, room: BandedRoom) -> np.ndarray:
     alone = replace(room, room=room.room.with_order(0, 0), scatterers=None)
     told = alone.images(rows.told.emitters, rows.told.listeners) * room.source
     heard = levels(truly, np.fft.rfftfreq(SPECTRUM, 1 / RATE))
-    # spectra of other lengths
+    # spectra are of other lengths
     return levels(told * np.sqrt(SPECTRUM / room.grid.size), room.grid.hertz) - heard
 
 
@@ -342,8 +333,7 @@ def overlap(truth: Truth, room: BandedRoom) -> float:
     """Return the volume of what was found and the box over that of either."""
     if room.occluders is None:
         return 0.0
-    solid = room.occluders.solid
-    fine = 5
+    solid, fine = room.occluders.solid, 5
     sizes = room.room.box.high - room.room.box.low
     counts = np.array(solid.shape) * fine
     axes = [(np.arange(n) + 0.5) * s / n for n, s in zip(counts, sizes, strict=True)]
@@ -364,27 +354,20 @@ def measured(truth: Truth, train: Rows, test: Rows) -> dict[str, Any]:
     told["nmse_db"] = float(np.median(level_errors(test.told.responses, answer)))
     told["alarms"] = heard.alarms
     room = getattr(heard.fitted, "banded", None)
-    told["voxels"] = 0 if room is None or room.occluders is None else _count(room)
+    held = None if room is None else room.occluders
+    told["voxels"] = 0 if held is None else int(held.solid.sum())
     if room is None or truth.empty:
         return told
     behind = hidden(truth, test)
     told["hidden_percent"] = 100 * float(behind.mean())
     told["iou"] = overlap(truth, room)
-    bare = replace(room, occluders=None)
-    for name, one in (("level_db", room), ("without_db", bare)):
+    rooms = {"level_db": room, "without_db": replace(room, occluders=None)}
+    for name, one in rooms.items():
         gap = np.abs(direct_errors(truth, test, one)[behind])
         told[name] = float(gap.mean())
         told[name.replace("_db", "_by_octave_db")] = gap.mean(axis=0).tolist()
     told["worse_without_db"] = told["without_db"] - told["level_db"]
     return told
-
-
-def _count(room: BandedRoom) -> int:
-    return 0 if room.occluders is None else int(room.occluders.solid.sum())
-
-
-SHOWN = ("level_db", "without_db", "worse_without_db", "iou", "voxels", "nmse_db",
-         "hidden_percent", "cpu_s")  # fmt: skip
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -110,6 +110,7 @@ def test_noise_and_wrong_walls_hold_no_points(banded):
 
 def test_points_are_kept_in_a_file(furnished):
     again = BandedRoom.from_arrays(furnished.room, furnished.as_arrays())
+    assert again.scatterers is not None
     assert_array_equal(again.scatterers.points, furnished.scatterers.points)
     bare = replace(furnished, scatterers=None)
     assert BandedRoom.from_arrays(bare.room, bare.as_arrays()).scatterers is None

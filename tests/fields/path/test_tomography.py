@@ -47,10 +47,11 @@ def room():
 def block(room):
     """A cubic metre that keeps 1.2 nepers of each metre."""
     shape = voxels_of(room.room.box)
-    at = (np.indices(shape).transpose(1, 2, 3, 0) + 0.5) * SIZE / shape
+    at = (np.indices(tuple(shape)).transpose(1, 2, 3, 0) + 0.5) * SIZE / shape
     inside = ((at > LOW) & (at < HIGH)).all(axis=-1).ravel()
     hertz = np.array([np.sqrt(low * high) for low, high in GROUPS_HZ])
-    return Occluders(shape, hertz, np.tile(1.2 * inside, (len(hertz), 1)))
+    depths = np.where(np.tile(inside, (len(hertz), 1)), 1.2, 0.0)
+    return Occluders(shape, hertz, depths)
 
 
 def drawn(rng, count):
@@ -104,6 +105,7 @@ def test_exchanged_ends_are_told_alike(room, block):
 def test_a_block_is_found_where_it_stands_and_nothing_where_none_is(room, block):
     rng = np.random.default_rng(2)
     found = find_occluders(heard(replace(room, occluders=block), rng), room)
+    assert found is not None
     both = (found.solid & block.solid).sum() / (found.solid | block.solid).sum()
     assert both > 0.4
     (low, high) = max(
@@ -119,6 +121,7 @@ def test_what_was_found_is_kept_and_drawn(room, block, tmp_path):
     points = Scatterers(np.array([[1.0, 2.0, 0.7]]), gains)
     full = replace(room, occluders=block, scatterers=points)
     again = BandedRoom.from_arrays(room.room, full.as_arrays())
+    assert again.occluders is not None
     assert_array_equal(again.occluders.depths, block.depths)
     found = Furnishing.of(again)
     told = found.as_dict()
