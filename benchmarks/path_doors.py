@@ -219,6 +219,8 @@ def sight_case(house: House, rows: FitSet) -> dict[str, float]:
         ]
     )
     late = onsets.lengths - true_ways(house, some)
+    # in a thick wall one edge is told for the two that sound turns round
+    along = [np.abs(edges[:, 1] - one.place[1]).min() for one in jambs]
     away = [np.linalg.norm(edges - one.place, axis=1).min() for one in jambs]
     return {
         "known": float(known.mean()),
@@ -229,6 +231,7 @@ def sight_case(house: House, rows: FitSet) -> dict[str, float]:
         "pairs": float(len(some)),
         "jambs": float(len(jambs)),
         "jamb_cm": 100 * float(max(away, default=np.nan)),
+        "along_cm": 100 * float(max(along, default=np.nan)),
         "sight_s": spent,
         "scan_s": scan_s,
     }  # fmt: skip
