@@ -106,6 +106,7 @@ class Acoustics:
             "speed_of_sound": float(room.speed_of_sound),
             "speed_of_sound_sd": float(spread[9]),
             "latency_s": float(room.latency_s),
+            "sd": self.fitted.family_sd(),
             **({"furnishing": found.as_dict()} if found else {}),
         }
 

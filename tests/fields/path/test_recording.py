@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fields.frame import SceneFrame
+from fields.models.path import Config, PathField
 from fields.path.air import (
     A_KELVIN,
     at_one_temperature,
@@ -192,6 +194,33 @@ def test_a_listener_that_never_turned_is_left_alone(box_set):
     fitted = found_room(box_set)
     settled = Settled(fitted)
     assert settle_listener(box_set, settled) is settled
+
+
+def test_answers_for_warmer_air_come_earlier(box_set, unseen_set, make_box_rows):
+    heard = replace(hear_room(box_set, late=False), recording={"temperature_c": 20.0})
+    ends = np.concatenate([box_set.emitters.positions, box_set.listeners.positions])
+    frame = SceneFrame(
+        low=ends.min(axis=0),
+        high=ends.max(axis=0),
+        sample_rate=RATE,
+        n_samples=box_set.n_samples,
+        speed_of_sound=speed_of_sound(20.0),
+        scale=1.0,
+        surface_points=np.empty((0, 6)),
+        simulated=True,
+    )
+    field, inside = PathField(heard, frame, Config()), make_box_rows.__globals__
+    cold = inside["SPEED"]
+    inside["SPEED"] = speed_of_sound(24.0)
+    warm = make_box_rows(emitters=2, listeners=10, seed=9)
+    inside["SPEED"] = cold
+    asked = unseen_set.emitters, unseen_set.listeners
+    told = field.predict_exactly(*asked, temperature_c=24.0)
+    share = ((told - warm.responses) ** 2).sum() / (warm.responses**2).sum()
+    assert share < 0.005
+    same = field.predict_exactly(*asked, temperature_c=20.0)
+    np.testing.assert_allclose(same, field.predict_exactly(*asked), atol=1e-9)
+    assert PathField(heard, frame, Config()).report["sd"]["walls_m"] < 1e-3
 
 
 def _by(poses, moves):
