@@ -42,6 +42,7 @@ BENT = ("patterns", "direct", "specular", "diffraction")
 EMITTERS, LISTENERS = (3, 2), 60
 JAMB_PAIRS = 100
 ROUGH = (*BENT, "scattering", "late")
+QUIET_DB = -100.0
 LATE_S, BIN_S, LATE_BINS, LATE_HZ = 0.6, 0.02, (3, 29), (500.0, 4000.0)
 
 
@@ -327,7 +328,8 @@ def late_case(seed: int) -> dict[str, dict[str, float]]:
     """
     house, rng = House(scattering=0.3), np.random.default_rng(seed)
     scene = house.scene((0.08, 0.35))
-    how: dict[str, Any] = {"effects": ROUGH, "duration": LATE_S, "listeners": 36}
+    how: dict[str, Any] = {"effects": ROUGH, "duration": LATE_S, "listeners": 30}
+    how["noise_db"] = QUIET_DB
     train = rows_of(house, scene, rng, **how)
     test = rows_of(house, scene, rng, emitters=(2, 2), **how)
     times = (np.arange(*LATE_BINS) + 0.5) * BIN_S
