@@ -283,6 +283,7 @@ def _doubts(figures: dict[str, Any]) -> list[str]:
     if figures["early_correlation"] < SAME_START:
         doubts.append(
             f"first 50 ms correlate {figures['early_correlation']:.2f} "
-            f"(limit {SAME_START:g}): are the stands at the right places?"
+            f"(limit {SAME_START:g}): are the stands at the right places? Loudspeaker "
+            "and microphone of unlike patterns sound unlike both ways, too"
         )
     return doubts

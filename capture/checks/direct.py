@@ -11,6 +11,10 @@ from capture.verdict import Verdict
 __all__ = ["check_direct"]
 
 
+EARLY_SAMPLES = 4.5
+"""A pulse of a limited band rises by so many samples before its peak."""
+
+
 @CHECKS.add("direct")
 def check_direct(take: Evidence) -> Iterator[Verdict]:
     """Mark takes whose direct sound comes at another time than the poses say."""
@@ -25,7 +29,7 @@ def check_direct(take: Evidence) -> Iterator[Verdict]:
     take.figures["direct_off_ms"] = [
         round(1e3 * float(value), 4) if np.isfinite(value) else None for value in off
     ]
-    limit = max(take.limits.direct_s, 2 / take.sample_rate)
+    limit = max(take.limits.direct_s, EARLY_SAMPLES / take.sample_rate)
     for channel in np.flatnonzero(np.abs(off) > limit):
         yield Verdict(
             "direct_time",
