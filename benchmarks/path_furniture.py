@@ -33,7 +33,7 @@ ORDER, FRONT, POSE_SD_M, HEIGHTS_M = 8, 0.3, 0.003, (0.3, 1.3)
 FACE, NODES = 0.7, 24
 CLEAR_WALL_M, CLEAR_BOX_M = 0.4, 0.25
 JUDGED_HZ = (1000.0, 2000.0, 4000.0)
-SHOWN = "level_db without_db worse_without_db iou voxels nmse_db cpu_s".split()
+SHOWN = ("level_db", "without_db", "worse_without_db", "iou", "voxels", "cpu_s")
 BARS = {"level_db": 3.0, "worse_without_db": 3.0, "iou": 0.3}
 
 
