@@ -17,7 +17,7 @@ FloatArray = NDArray[np.float64]
 Render = Callable[[int], FloatArray]
 """Answers the sound of all rows at a number of samples."""
 TIMES_S = 1e-3 * 2.0 ** np.arange(0, 7)
-AHEAD_S = 0.01
+AHEAD_S = 0.02
 """Seconds beyond the end of a row that are rendered for the smoothings."""
 WEAK = 0.1
 """Weaker factors have nothing to fetch from there."""
