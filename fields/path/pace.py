@@ -22,6 +22,7 @@ WARMEST, COLDEST = 365.0, 319.0
 KNOWN = 0.012
 CLOSE_M = 0.02
 """A speed of air is taken over where most onsets follow it so closely."""
+TOGETHER_S = 5e-4
 UNITS = {1000.0: "millimetres", 100.0: "centimetres", 3.2808: "feet", 39.37: "inches"}
 NAMED = 0.06
 
@@ -77,9 +78,21 @@ def travelled_speed(rows: FitSet) -> tuple[float, float] | None:
     if slope <= 0 or slope * np.ptp(reach) * rows.sample_rate < LEAST_ROWS:
         return None
     left = times - slope * reach
+    # bent ways are late the more the farther; sound in sight is not
+    told = times - reach / rows.speed_of_sound
+    airy = COLDEST < 1 / slope < WARMEST
+    if not airy and _gathered(told) >= _gathered(left):
+        return None
     left = np.abs(left - np.median(left))
     # most rows must follow, however late the rest of them are
     off = float(np.median(left))
     if off > (1 - ALIKE) * slope * np.ptp(reach):
         return None
     return 1 / slope, off / slope
+
+
+def _gathered(delays: FloatArray) -> float:
+    """Return the largest share of delays that lie within a short time."""
+    order = np.sort(delays)
+    last = np.searchsorted(order, order + TOGETHER_S, side="right")
+    return float((last - np.arange(len(order))).max()) / len(order)

@@ -52,3 +52,15 @@ def test_noise_and_few_rows_tell_no_speed(box_set):
     noise = replace(box_set, responses=rng.standard_normal(box_set.responses.shape))
     assert travelled_speed(noise) is None
     assert travelled_speed(box_set.rows(np.arange(6))) is None
+
+
+def test_sound_that_bends_round_corners_is_not_taken_for_wrong_units(box_set):
+    rng = np.random.default_rng(4)
+    hidden = rng.permutation(len(box_set))[:66]
+    detour = 1.22 * box_set.distances * box_set.sample_rate / box_set.speed_of_sound
+    responses = np.array(box_set.responses)
+    for row in hidden:
+        responses[row] = 0.0
+        responses[row, min(round(detour[row]), responses.shape[1] - 1)] = 1.0
+    _, doubts = paced(replace(box_set, responses=responses))
+    assert not doubts
