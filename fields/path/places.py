@@ -29,7 +29,7 @@ STEP_M = 2e-4
 ROUNDS, STEPS = 2, 2
 LEFT, MOST = 0.01, 0.3
 """Where paths leave less no place is worth correcting, where more it is not places."""
-WORTH, HARMLESS = 0.8, 1.02
+WORTH, HARMLESS, PROVEN_ROWS = 0.8, 1.06, 16
 FARTHEST = 4.0
 """Sigmas that one coordinate may move."""
 
@@ -99,6 +99,11 @@ def correct_places(
     fresh = rows.spread_rest(ROWS).spread(FRESH_ROWS) if len(rows) > ROWS else few
     worse = left_over(fresh, room) > HARMLESS * left_over(fresh, fitted)
     if after > WORTH * before or worse:
+        return none
+    # rows kept out, put where either room says they stood, decide between rooms
+    some = fresh.spread(PROVEN_ROWS)
+    old, new = (left_over(placed(some, one, sigma), one) for one in (fitted, room))
+    if new > old:
         return none
     return Corrected(room, shifts, before, after)
 
