@@ -30,6 +30,8 @@ CLEAR = 0.01
 """A box that leaves less of the low sound is the room."""
 BETTER = 0.97
 POOR, FEW_PLACES, YAW_STEP_DEG = 0.1, 3, 1.5
+STILL = 0.3
+"""Part of what walls should explain that a poor box leaves."""
 FIRST_FACTOR = 0.75
 IDLE, UNSURE = 1.01, 1.15
 """A wall that is left out, and one that is doubted; see `Supposed.doubts`."""
@@ -89,7 +91,9 @@ def suppose_box(
     """
     low = LowSound.of(rows, direct)
     best, doubts = _settled(low, boxes)
-    if best.left > POOR and signals is not None and rows.n_places <= FEW_PLACES:
+    air = low.tried(low.room(_without_walls(best.box)), TURNS)
+    poor = best.left > min(POOR, STILL * air.left)
+    if poor and signals is not None and rows.n_places <= FEW_PLACES:
         other, others = _settled(low, [walled(signals, one) for one in _upright()])
         if other.left < BETTER * best.left:
             best, doubts = other, others
@@ -97,13 +101,19 @@ def suppose_box(
     return Supposed(best.box, low.told(best.room), best.left, doubts)
 
 
+def _without_walls(box: Box) -> Box:
+    return replace(box, low=np.full(3, -FAR_M), high=np.full(3, FAR_M), z=np.zeros(6))
+
+
 def _without_idle(low: LowSound, best: Trial, doubts: FloatArray) -> Trial:
     """Return the room without walls that explain nothing: none is invented."""
     idle = best.box.heard & ((doubts < IDLE) | (np.abs(best.room.walls) < SILENT))
-    room = best.room
     for wall in np.flatnonzero(idle):
-        room = _with_wall(room, int(wall), None)
-    return low.tried(room, TURNS) if idle.any() else best
+        # two that stand in for each other must not both go
+        fewer = low.tried(_with_wall(best.room, int(wall), None), TURNS)
+        if fewer.left < IDLE * max(best.left, CLEAR):
+            best = fewer
+    return best
 
 
 def _upright() -> FloatArray:
