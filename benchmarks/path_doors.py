@@ -18,19 +18,19 @@ from typing import Any
 
 import numpy as np
 
-from fields.path.direct import read_direct
-from fields.path.features import PlaceFeatures
-from fields.path.fitset import FitSet, place_numbers
+from fields.path.energies.features import PlaceFeatures
+from fields.path.energies.late import chi_square_bias, fit_maps
+from fields.path.energies.slopes import common_rates, region_curves
 from fields.path.hearing import hear_room
-from fields.path.jambs import scan_jambs
-from fields.path.joining import find_joined
-from fields.path.late import chi_square_bias, fit_maps
-from fields.path.onsets import read_onsets
-from fields.path.opening import Opening, Slab
-from fields.path.polyhedral import FittedMesh
-from fields.path.regions import Regions
-from fields.path.sight import read_sight
-from fields.path.slopes import common_rates, region_curves
+from fields.path.images.polyhedral import FittedMesh
+from fields.path.rows.direct import read_direct
+from fields.path.rows.fitset import FitSet, place_numbers
+from fields.path.rows.onsets import read_onsets
+from fields.path.rows.regions import Regions
+from fields.path.rows.sight import read_sight
+from fields.path.walls.jambs import scan_jambs
+from fields.path.walls.joining import find_joined
+from fields.path.walls.opening import Opening, Slab
 from rir import GainPattern, Poses
 from rooms import Scene, simulate
 from rooms.mesh import MeshGeometry

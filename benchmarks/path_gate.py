@@ -16,14 +16,14 @@ from pathlib import Path
 import numpy as np
 
 from fields.evaluate import compare_rows
-from fields.path.bank import ideal_bank
-from fields.path.completion import Completion
-from fields.path.fitset import FitSet, place_numbers
+from fields.path.energies.completion import Completion
+from fields.path.energies.horizon import Doubt, coherence_horizon
 from fields.path.hearing import hear_room
-from fields.path.horizon import Doubt, coherence_horizon
-from fields.path.mesh_room import MeshRoom
-from fields.path.polyhedron import Polyhedron
-from fields.path.room import OMNI
+from fields.path.images.bank import ideal_bank
+from fields.path.images.mesh_room import MeshRoom
+from fields.path.images.polyhedron import Polyhedron
+from fields.path.images.room import OMNI
+from fields.path.rows.fitset import FitSet, place_numbers
 from rir import Poses
 
 OUT = Path("results/path_gate.json")
@@ -229,9 +229,9 @@ def right_paths(render: Callable[..., None], count: int) -> dict[str, float]:
     completion = Completion.fit(rows, told, None)
     fresh = pairs(size, count, 7, 5)
     early = images(render, fresh, size, 0.1, reflection=REFLECTION * 1.002)
-    poses = Poses.of(fresh[0]), Poses.of(fresh[1])
-    answer = completion.apply(early, *poses)
-    back = completion.apply(early, *poses[::-1])
+    emitters, listeners = Poses.of(fresh[0]), Poses.of(fresh[1])
+    answer = completion.apply(early, emitters, listeners)
+    back = completion.apply(early, listeners, emitters)
     change = compare_rows(early, answer, RATE)
     return {
         "STFT change": change["STFT"],

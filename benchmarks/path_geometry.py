@@ -19,14 +19,14 @@ from typing import Any
 import numpy as np
 
 from fields.path.acoustics import Acoustics
-from fields.path.box import assemble_box
-from fields.path.box_fit import level_errors
-from fields.path.direct import read_direct
-from fields.path.fitset import FitSet, place_numbers
 from fields.path.hearing import hear_room
-from fields.path.polyhedral import FittedMesh
-from fields.path.polyhedron import Polyhedron
-from fields.path.scan import scan_planes, scan_signals
+from fields.path.images.box_fit import level_errors
+from fields.path.images.polyhedral import FittedMesh
+from fields.path.images.polyhedron import Polyhedron
+from fields.path.rows.direct import read_direct
+from fields.path.rows.fitset import FitSet, place_numbers
+from fields.path.walls.box import assemble_box
+from fields.path.walls.scan import scan_planes, scan_signals
 from rir import GainPattern, Poses
 from rooms import Scene, simulate
 from rooms.mesh import MeshGeometry

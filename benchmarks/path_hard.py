@@ -22,9 +22,9 @@ import numpy as np
 
 from fields.evaluate import compare_rows
 from fields.path.acoustics import Acoustics
-from fields.path.box_fit import level_errors
-from fields.path.fitset import FitSet, place_numbers
 from fields.path.hearing import hear_room
+from fields.path.images.box_fit import level_errors
+from fields.path.rows.fitset import FitSet, place_numbers
 from rir import Poses
 from rir.physics import air_absorption, speed_of_sound
 

@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 
 from fields.path.acoustics import Acoustics
-from fields.path.box_fit import level_errors
-from fields.path.fitset import FitSet, place_numbers
 from fields.path.hearing import hear_room
-from fields.path.shoebox import FittedRoom
+from fields.path.images.box_fit import level_errors
+from fields.path.images.shoebox import FittedRoom
+from fields.path.rows.fitset import FitSet, place_numbers
 from rir import GainPattern, Poses
 
 SIZE = np.array([6.0, 4.0, 3.0])

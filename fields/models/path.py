@@ -17,17 +17,17 @@ from fields.data import FieldData
 from fields.field import paired_queries
 from fields.frame import SceneFrame
 from fields.path.acoustics import Acoustics
-from fields.path.air import speed_at, stretched
-from fields.path.fallback import NearestRows
-from fields.path.fitset import FitSet
+from fields.path.answers.fallback import NearestRows
+from fields.path.answers.guard import guarded
+from fields.path.answers.network import Joined
+from fields.path.answers.residual import needs_network, with_network
 from fields.path.ground_plan import GroundPlan, plan_of
-from fields.path.guard import guarded
 from fields.path.hearing import hear_room
-from fields.path.network import Joined
-from fields.path.pace import paced
-from fields.path.polyhedron import Polyhedron
-from fields.path.residual import needs_network, with_network
-from fields.path.strays import heard_without_strays
+from fields.path.images.air import speed_at, stretched
+from fields.path.images.polyhedron import Polyhedron
+from fields.path.rows.fitset import FitSet
+from fields.path.rows.pace import paced
+from fields.path.rows.strays import heard_without_strays
 from fields.plan import TrainingPlan
 from rir import GainPattern, Pose, Poses
 

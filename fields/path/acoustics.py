@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fields.path.fallback import NearestRows
-from fields.path.furnishing import Furnishing
+from fields.path.answers.fallback import NearestRows
+from fields.path.answers.rest import Rest
+from fields.path.images.polyhedral import FittedMesh
+from fields.path.images.shoebox import FittedRoom
 from fields.path.named import part_of, prefixed
-from fields.path.polyhedral import FittedMesh
-from fields.path.rest import Rest
-from fields.path.shoebox import FittedRoom
+from fields.path.objects.furnishing import Furnishing
 from fields.path.stored import room_arrays, room_from
 from rir import GainPattern, Poses
 from rir.physics import speed_of_sound

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fields.path.box import Box
-from fields.path.cells import cut_cells, label_cells, shape_of
-from fields.path.furnishing import Furnishing
-from fields.path.polyhedral import FittedMesh
-from fields.path.polyhedron import Polyhedron
-from fields.path.shoebox import FittedRoom
+from fields.path.images.polyhedral import FittedMesh
+from fields.path.images.polyhedron import Polyhedron
+from fields.path.images.shoebox import FittedRoom
+from fields.path.objects.furnishing import Furnishing
+from fields.path.walls.box import Box
+from fields.path.walls.cells import cut_cells, label_cells, shape_of
 from rir.errors import SignalError
 
 __all__ = ["GroundPlan", "PlanWall", "box_shape", "cut_at", "plan_of"]

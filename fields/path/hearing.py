@@ -4,27 +4,32 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fields.path.acoustics import Acoustics
-from fields.path.air import at_one_temperature, logged_temperature
-from fields.path.banded import in_half_octaves
-from fields.path.box import Box
-from fields.path.convex import try_convex
-from fields.path.direct import read_direct
-from fields.path.doubtful import doubtful_rows, doubtful_words
-from fields.path.fallback import NearestRows
-from fields.path.fitset import FitSet
-from fields.path.joining import join_rooms
-from fields.path.nearness import scanned
-from fields.path.onward import followed
-from fields.path.open_air import fit_open_air
-from fields.path.opened import open_box
-from fields.path.polyhedral import FittedMesh, fit_drawn, mesh_alarms
-from fields.path.polyhedron import Polyhedron
-from fields.path.pose_spread import pose_alarms
-from fields.path.rest import Rest
-from fields.path.room import MOST_IMAGES
-from fields.path.settled import Settled, settle_air, settle_listener, settle_places
-from fields.path.shoebox import FittedRoom, fit_shoebox
-from fields.path.supposed import suppose_box
+from fields.path.answers.fallback import NearestRows
+from fields.path.answers.rest import Rest
+from fields.path.bands.banded import in_half_octaves
+from fields.path.images.air import at_one_temperature, logged_temperature
+from fields.path.images.onward import followed
+from fields.path.images.open_air import fit_open_air
+from fields.path.images.polyhedral import FittedMesh, fit_drawn, mesh_alarms
+from fields.path.images.polyhedron import Polyhedron
+from fields.path.images.room import MOST_IMAGES
+from fields.path.images.settled import (
+    Settled,
+    settle_air,
+    settle_listener,
+    settle_places,
+)
+from fields.path.images.shoebox import FittedRoom, fit_shoebox
+from fields.path.rows.direct import read_direct
+from fields.path.rows.doubtful import doubtful_rows, doubtful_words
+from fields.path.rows.fitset import FitSet
+from fields.path.rows.pose_spread import pose_alarms
+from fields.path.walls.box import Box
+from fields.path.walls.convex import try_convex
+from fields.path.walls.joining import join_rooms
+from fields.path.walls.nearness import scanned
+from fields.path.walls.opened import open_box
+from fields.path.walls.supposed import suppose_box
 from rir import GainPattern
 
 __all__ = ["hear_room"]

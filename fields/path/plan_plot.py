@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fields.path.furnishing import Furnishing
 from fields.path.ground_plan import GroundPlan, PlanWall
+from fields.path.objects.furnishing import Furnishing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

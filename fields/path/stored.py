@@ -4,13 +4,13 @@ from typing import Any
 
 import numpy as np
 
-from fields.path.banded_room import BandedRoom
-from fields.path.bank import PulseBank
-from fields.path.box import Box
-from fields.path.coloring import Coloring
+from fields.path.bands.banded_room import BandedRoom
+from fields.path.images.bank import PulseBank
+from fields.path.images.coloring import Coloring
+from fields.path.images.room import BoxRoom
+from fields.path.images.shoebox import FittedRoom
 from fields.path.named import part_of, prefixed
-from fields.path.room import BoxRoom
-from fields.path.shoebox import FittedRoom
+from fields.path.walls.box import Box
 
 __all__ = ["room_arrays", "room_from"]
 

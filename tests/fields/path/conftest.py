@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fields.path.fitset import FitSet, place_numbers
+from fields.path.rows.fitset import FitSet, place_numbers
 from rir import Poses
 
 RATE, SPEED = 16000, 343.2

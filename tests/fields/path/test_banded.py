@@ -3,15 +3,15 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from fields.path.acoustics import Acoustics
-from fields.path.band_fit import _moved, _sums, hear_bands
-from fields.path.banded import start_banded
-from fields.path.bank import ideal_bank
-from fields.path.box import Box
-from fields.path.box_fit import level_errors
-from fields.path.direct import read_direct
-from fields.path.half_octaves import HalfOctaves
+from fields.path.bands.band_fit import _moved, _sums, hear_bands
+from fields.path.bands.banded import start_banded
+from fields.path.bands.half_octaves import HalfOctaves
 from fields.path.hearing import hear_room
-from fields.path.room import OMNI, BoxRoom
+from fields.path.images.bank import ideal_bank
+from fields.path.images.box_fit import level_errors
+from fields.path.images.room import OMNI, BoxRoom
+from fields.path.rows.direct import read_direct
+from fields.path.walls.box import Box
 
 WALLS = np.array([0.9, 0.8, 0.85, 0.8, 0.7, 0.85])
 
@@ -107,7 +107,7 @@ def test_one_band_alone_is_rendered_as_among_others(started):
 
 
 def test_curvature_of_phase_is_the_energy_of_what_is_told(started):
-    from fields.path.band_kernel import PHASE
+    from fields.path.bands.band_kernel import PHASE
 
     rows, banded = started
     data = hear_bands(rows, banded.grid, banded.source)
@@ -120,9 +120,9 @@ def test_curvature_of_phase_is_the_energy_of_what_is_told(started):
 
 
 def test_derivatives_by_geometry_and_places_are_those_of_the_misfit(started):
-    from fields.path.band_places import Moved
-    from fields.path.band_places import _moved as moved
-    from fields.path.band_places import _sums as sums
+    from fields.path.bands.band_places import Moved
+    from fields.path.bands.band_places import _moved as moved
+    from fields.path.bands.band_places import _sums as sums
 
     rows, banded = started
     data = hear_bands(rows, banded.grid, banded.source)
@@ -153,8 +153,8 @@ def test_derivatives_by_geometry_and_places_are_those_of_the_misfit(started):
 
 
 def test_curvature_of_places_leads_where_slopes_lead(started):
-    from fields.path.band_places import Moved
-    from fields.path.band_places import _sums as sums
+    from fields.path.bands.band_places import Moved
+    from fields.path.bands.band_places import _sums as sums
 
     rows, banded = started
     data = hear_bands(rows, banded.grid, banded.source)

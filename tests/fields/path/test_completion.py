@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from fields.path.calm import even_noise
-from fields.path.completion import Completion
-from fields.path.fitset import FitSet, place_numbers
-from fields.path.horizon import Doubt, coherence_horizon, predicted_coherence
-from fields.path.tail import Tail
-from fields.path.tiles import Tiles
+from fields.path.energies.calm import even_noise
+from fields.path.energies.completion import Completion
+from fields.path.energies.horizon import Doubt, coherence_horizon, predicted_coherence
+from fields.path.energies.tail import Tail
+from fields.path.energies.tiles import Tiles
+from fields.path.rows.fitset import FitSet, place_numbers
 from rir import Poses
 
 RATE, LENGTH, SPEED = 16000.0, 1600, 343.0

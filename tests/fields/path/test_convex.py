@@ -5,16 +5,16 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fields.path.bank import ideal_bank
-from fields.path.box_fit import level_errors
-from fields.path.convex import convex_room, try_convex
-from fields.path.direct import read_direct
-from fields.path.fitset import FitSet, place_numbers
 from fields.path.hearing import hear_room
-from fields.path.mesh_room import MeshRoom
-from fields.path.polyhedron import Polyhedron
-from fields.path.room import OMNI
-from fields.path.scan import FoundPlane, scan_planes, scan_signals
+from fields.path.images.bank import ideal_bank
+from fields.path.images.box_fit import level_errors
+from fields.path.images.mesh_room import MeshRoom
+from fields.path.images.polyhedron import Polyhedron
+from fields.path.images.room import OMNI
+from fields.path.rows.direct import read_direct
+from fields.path.rows.fitset import FitSet, place_numbers
+from fields.path.walls.convex import convex_room, try_convex
+from fields.path.walls.scan import FoundPlane, scan_planes, scan_signals
 from rir import Poses
 from rooms.mesh import MeshGeometry
 

@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fields.path.box import Box
-from fields.path.direct import read_direct
-from fields.path.fitset import FitSet, place_numbers
-from fields.path.jambs import scan_jambs, way_lengths
-from fields.path.joining import join_rooms
-from fields.path.late import LateMaps, fit_maps
-from fields.path.onsets import read_onsets
-from fields.path.opening import Opening, Slab, find_opening, find_thickness
-from fields.path.partition import split_by_planes
-from fields.path.regions import find_regions
-from fields.path.sight import read_sight
-from fields.path.slabs import find_slab, half_slab, joined_shape, with_face
+from fields.path.energies.late import LateMaps, fit_maps
+from fields.path.rows.direct import read_direct
+from fields.path.rows.fitset import FitSet, place_numbers
+from fields.path.rows.onsets import read_onsets
+from fields.path.rows.partition import split_by_planes
+from fields.path.rows.regions import find_regions
+from fields.path.rows.sight import read_sight
+from fields.path.walls.box import Box
+from fields.path.walls.jambs import scan_jambs, way_lengths
+from fields.path.walls.joining import join_rooms
+from fields.path.walls.opening import Opening, Slab, find_opening, find_thickness
+from fields.path.walls.slabs import find_slab, half_slab, joined_shape, with_face
 from rir import Poses
 
 RATE, SPEED = 16000, 343.2

@@ -6,25 +6,25 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fields.path.bank import ideal_bank
-from fields.path.bent import bends, bent_sound
-from fields.path.box import Box
-from fields.path.box_fit import level_errors
-from fields.path.cells import cut_cells, enclosed, label_cells, shape_of
-from fields.path.coloring import Coloring
-from fields.path.direct import read_direct
-from fields.path.fitset import FitSet, place_numbers
 from fields.path.ground_plan import box_shape, cut_at, plan_of
-from fields.path.mesh_room import MeshRoom
-from fields.path.opened import open_box
-from fields.path.outline import find_clues, find_outline, other_outlines
-from fields.path.path_list import list_paths
+from fields.path.images.bank import ideal_bank
+from fields.path.images.bent import bends, bent_sound
+from fields.path.images.box_fit import level_errors
+from fields.path.images.coloring import Coloring
+from fields.path.images.mesh_room import MeshRoom
+from fields.path.images.path_list import list_paths
+from fields.path.images.polyhedral import FittedMesh, fit_drawn, fit_polyhedron
+from fields.path.images.polyhedron import Polyhedron
+from fields.path.images.room import OMNI, BoxRoom
+from fields.path.images.shoebox import fit_shoebox
 from fields.path.plan_plot import draw_plan
-from fields.path.polyhedral import FittedMesh, fit_drawn, fit_polyhedron
-from fields.path.polyhedron import Polyhedron
-from fields.path.pose_spread import pose_alarms
-from fields.path.room import OMNI, BoxRoom
-from fields.path.shoebox import fit_shoebox
+from fields.path.rows.direct import read_direct
+from fields.path.rows.fitset import FitSet, place_numbers
+from fields.path.rows.pose_spread import pose_alarms
+from fields.path.walls.box import Box
+from fields.path.walls.cells import cut_cells, enclosed, label_cells, shape_of
+from fields.path.walls.opened import open_box
+from fields.path.walls.outline import find_clues, find_outline, other_outlines
 from rir import Poses
 from rooms.mesh import MeshGeometry
 

@@ -7,10 +7,10 @@ import numpy as np
 from numpy.testing import assert_allclose, assert_array_equal
 
 from fields.path.acoustics import Acoustics
-from fields.path.fallback import NearestRows
-from fields.path.guard import guarded
+from fields.path.answers.fallback import NearestRows
+from fields.path.answers.guard import guarded
+from fields.path.answers.proof import Proof
 from fields.path.hearing import hear_room
-from fields.path.proof import Proof
 
 
 class LateRest:

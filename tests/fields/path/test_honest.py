@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from fields.path.fitset import place_numbers
+from fields.path.answers.proof import prove
 from fields.path.hearing import hear_room
-from fields.path.proof import prove
+from fields.path.rows.fitset import place_numbers
 from rir import Poses
 
 

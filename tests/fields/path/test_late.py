@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.testing import assert_allclose, assert_array_equal
 
-from fields.path.features import PlaceFeatures
-from fields.path.late import chi_square_bias, fit_maps
-from fields.path.regions import Regions
-from fields.path.slopes import common_rates, region_curves
+from fields.path.energies.features import PlaceFeatures
+from fields.path.energies.late import chi_square_bias, fit_maps
+from fields.path.energies.slopes import common_rates, region_curves
+from fields.path.rows.regions import Regions
 
 ROOMS = np.array([[[0.0, 0, 0], [5, 4, 2.6]], [[5.0, 0, 0], [9, 4, 2.6]]])
 TIMES = 0.07 + 0.02 * np.arange(36)

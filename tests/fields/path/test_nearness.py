@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.testing import assert_allclose
 
-from fields.path.box import FAR_M
-from fields.path.direct import read_direct
-from fields.path.nearness import magnification, magnified, scanned
+from fields.path.rows.direct import read_direct
+from fields.path.walls.box import FAR_M
+from fields.path.walls.nearness import magnification, magnified, scanned
 from rir import Poses
 
 
@@ -46,7 +46,7 @@ def test_the_walls_of_a_car_are_found_where_they_are(box_set):
 
 
 def test_walls_not_heard_stay_unheard(box_set):
-    from fields.path.nearness import _shrunk
+    from fields.path.walls.nearness import _shrunk
 
     box = scanned(box_set, read_direct(box_set), 120).boxes[0]
     high = box.high.copy()

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from fields.path.box_fit import level_errors
 from fields.path.hearing import hear_room
-from fields.path.onward import followed
+from fields.path.images.box_fit import level_errors
+from fields.path.images.onward import followed
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fields.path.pace import paced, travelled_speed
+from fields.path.rows.pace import paced, travelled_speed
 from rir import Poses
 
 

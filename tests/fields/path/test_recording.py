@@ -7,19 +7,19 @@ import pytest
 
 from fields.frame import SceneFrame
 from fields.models.path import Config, PathField
-from fields.path.air import (
+from fields.path.hearing import hear_room
+from fields.path.images.air import (
     A_KELVIN,
     at_one_temperature,
     hear_blocks,
     speed_at,
     stretched,
 )
-from fields.path.fitset import FitSet, place_numbers
-from fields.path.hearing import hear_room
-from fields.path.opened import left_over
-from fields.path.places import correct_places
-from fields.path.resumed import resumed
-from fields.path.settled import settle_air, settle_listener
+from fields.path.images.places import correct_places
+from fields.path.images.resumed import resumed
+from fields.path.images.settled import settle_air, settle_listener
+from fields.path.rows.fitset import FitSet, place_numbers
+from fields.path.walls.opened import left_over
 from fields.recording import recording_of
 from rir import Dataset, GainPattern, Poses
 from rir.errors import SignalError
@@ -189,7 +189,7 @@ def test_a_cardioid_microphone_is_found_and_an_omni_is_not():
 
 
 def test_a_listener_that_never_turned_is_left_alone(box_set):
-    from fields.path.settled import Settled
+    from fields.path.images.settled import Settled
 
     fitted = found_room(box_set)
     settled = Settled(fitted)

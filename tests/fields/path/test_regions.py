@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.testing import assert_allclose
 
-from fields.path.regions import Regions, find_regions, sight_bits
+from fields.path.rows.regions import Regions, find_regions, sight_bits
 
 
 def two_rooms(count, seed, wrong=0.03):

@@ -10,18 +10,18 @@ from fields import load_field, train
 from fields.data import prepare
 from fields.models.path import Config, PathField
 from fields.path.acoustics import Acoustics
-from fields.path.agreement import Agreement, bins_after
-from fields.path.aligned import AlignedRows
-from fields.path.fitset import FitSet, place_numbers
-from fields.path.gate import Held
+from fields.path.answers.agreement import Agreement, bins_after
+from fields.path.answers.aligned import AlignedRows
+from fields.path.answers.launch import Launch
+from fields.path.answers.mixture import mix, mixing_weights
+from fields.path.answers.network import Joined, held_out_rows, train_network
+from fields.path.answers.proof import Proof, prove
+from fields.path.answers.residual import needs_network
+from fields.path.energies.gate import Held
+from fields.path.energies.tiles import Tiles
 from fields.path.hearing import hear_room
-from fields.path.launch import Launch
-from fields.path.mixture import mix, mixing_weights
-from fields.path.network import Joined, held_out_rows, train_network
-from fields.path.open_air import directivity
-from fields.path.proof import Proof, prove
-from fields.path.residual import needs_network
-from fields.path.tiles import Tiles
+from fields.path.images.open_air import directivity
+from fields.path.rows.fitset import FitSet, place_numbers
 from fields.plan import TrainingPlan
 from rir import Dataset, Poses
 
@@ -204,7 +204,7 @@ def test_a_network_answers_both_ways_alike_and_comes_back(rows, tmp_path, monkey
     there = network.predict(data.emitters[:7], data.listeners[:7], LENGTH)
     back = network.predict(data.listeners[:7], data.emitters[:7], LENGTH)
     assert_array_equal(there, back)
-    from fields.path.network import Joined
+    from fields.path.answers.network import Joined
 
     told = np.asarray(data.responses[np.flatnonzero(hidden)], dtype=float)
     field.joined = Joined.fit(network, told, 0.5 * told, said)

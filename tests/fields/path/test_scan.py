@@ -2,10 +2,10 @@
 import numpy as np
 from numpy.testing import assert_allclose
 
-from fields.path.box import assemble_box
-from fields.path.direct import read_direct
-from fields.path.fitset import FitSet
-from fields.path.scan import scan_planes, scan_signals
+from fields.path.rows.direct import read_direct
+from fields.path.rows.fitset import FitSet
+from fields.path.walls.box import assemble_box
+from fields.path.walls.scan import scan_planes, scan_signals
 
 TRUE_OFFSETS = np.array([0.0, -5.0, 0.0, -4.0, 0.0, -2.8])
 

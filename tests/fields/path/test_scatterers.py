@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from fields.path.band_fit import BandData
-from fields.path.banded_room import BandedRoom
-from fields.path.bank import ideal_bank
-from fields.path.box import Box
-from fields.path.half_octaves import HalfOctaves
-from fields.path.room import OMNI, BoxRoom
-from fields.path.scatter_fit import find_scatterers, with_scatterers
-from fields.path.scatterers import Scatterers
+from fields.path.bands.band_fit import BandData
+from fields.path.bands.banded_room import BandedRoom
+from fields.path.bands.half_octaves import HalfOctaves
+from fields.path.images.bank import ideal_bank
+from fields.path.images.room import OMNI, BoxRoom
+from fields.path.objects.scatter_fit import find_scatterers, with_scatterers
+from fields.path.objects.scatterers import Scatterers
+from fields.path.walls.box import Box
 from rir import Poses
 
 SIZE, RATE, SPEED, SAMPLES = np.array([3.0, 2.6, 2.2]), 8000.0, 343.0, 400

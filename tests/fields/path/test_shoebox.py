@@ -6,11 +6,11 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from fields.path.acoustics import Acoustics
-from fields.path.bank import PulseBank, ideal_bank
-from fields.path.box import Box
-from fields.path.box_fit import Step, _active, _sums, level_errors
 from fields.path.hearing import _room_alarms, hear_room
-from fields.path.room import OMNI, BoxRoom
+from fields.path.images.bank import PulseBank, ideal_bank
+from fields.path.images.box_fit import Step, _active, _sums, level_errors
+from fields.path.images.room import OMNI, BoxRoom
+from fields.path.walls.box import Box
 
 WALLS = np.array([0.9, 0.8, 0.85, 0.8, 0.7, 0.85])
 
@@ -94,7 +94,7 @@ def test_derivatives_are_those_of_the_rendering(box_set):
     active = _active(room, Step(4000.0, 2, 1))
     weights = np.ones(len(rows))
     _, right, start = _sums(rows, room, active, rows.responses, weights)
-    from fields.path.box_fit import _errors, _moved
+    from fields.path.images.box_fit import _errors, _moved
 
     sizes = np.concatenate([[1e-5] * 9, [1e-3, 1e-8], [1e-5] * 6, [1e-5]])
     for k, size in enumerate(sizes):

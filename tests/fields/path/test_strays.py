@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from fields.path.acoustics import Acoustics
-from fields.path.box_fit import level_errors
 from fields.path.hearing import hear_room
-from fields.path.strays import heard_without_strays, stray_rows
+from fields.path.images.box_fit import level_errors
+from fields.path.rows.strays import heard_without_strays, stray_rows
 
 
 def mislabelled(rows, count, seed=3):

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fields.path.bank import ideal_bank
-from fields.path.box import Box
-from fields.path.direct import read_direct
-from fields.path.fitset import FitSet
-from fields.path.low_sound import LowSound
-from fields.path.room import OMNI, BoxRoom
-from fields.path.supposed import suppose_box
+from fields.path.images.bank import ideal_bank
+from fields.path.images.room import OMNI, BoxRoom
+from fields.path.rows.direct import read_direct
+from fields.path.rows.fitset import FitSet
+from fields.path.rows.low_sound import LowSound
+from fields.path.walls.box import Box
+from fields.path.walls.supposed import suppose_box
 from rir import Poses
 
 SIZE = np.array([5.0, 4.0, 2.8])

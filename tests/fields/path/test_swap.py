@@ -5,17 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fields.path.banded_room import BandedRoom
-from fields.path.bank import ideal_bank
-from fields.path.box import Box
-from fields.path.coloring import Coloring
-from fields.path.half_octaves import HalfOctaves
-from fields.path.mesh_room import MeshRoom
-from fields.path.polyhedral import FittedMesh
-from fields.path.polyhedron import Polyhedron
-from fields.path.room import BoxRoom
-from fields.path.scatterers import Scatterers
-from fields.path.shoebox import FittedRoom
+from fields.path.bands.banded_room import BandedRoom
+from fields.path.bands.half_octaves import HalfOctaves
+from fields.path.images.bank import ideal_bank
+from fields.path.images.coloring import Coloring
+from fields.path.images.mesh_room import MeshRoom
+from fields.path.images.polyhedral import FittedMesh
+from fields.path.images.polyhedron import Polyhedron
+from fields.path.images.room import BoxRoom
+from fields.path.images.shoebox import FittedRoom
+from fields.path.objects.scatterers import Scatterers
+from fields.path.walls.box import Box
 from rir import Poses
 
 RATE, SPEED, N = 16000, 343.2, 640

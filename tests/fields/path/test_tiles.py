@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from fields.path.calm import CalmTail, even_noise
-from fields.path.tiles import Tiles
+from fields.path.energies.calm import CalmTail, even_noise
+from fields.path.energies.tiles import Tiles
 
 RATE, LENGTH = 16000.0, 8000
 

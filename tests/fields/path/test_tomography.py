@@ -4,19 +4,19 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from fields.path.band_fit import BandData
-from fields.path.banded_room import BandedRoom
-from fields.path.bank import ideal_bank
-from fields.path.box import Box
-from fields.path.furnishing import Furnishing
+from fields.path.bands.band_fit import BandData
+from fields.path.bands.banded_room import BandedRoom
+from fields.path.bands.half_octaves import HalfOctaves
 from fields.path.ground_plan import GroundPlan
-from fields.path.half_octaves import HalfOctaves
-from fields.path.occluders import Occluders, voxels_of
-from fields.path.occlusion_kernel import cross_voxels
+from fields.path.images.bank import ideal_bank
+from fields.path.images.room import OMNI, BoxRoom
+from fields.path.objects.furnishing import Furnishing
+from fields.path.objects.occluders import Occluders, voxels_of
+from fields.path.objects.occlusion_kernel import cross_voxels
+from fields.path.objects.scatterers import Scatterers
+from fields.path.objects.tomography import GROUPS_HZ, find_occluders
 from fields.path.plan_plot import draw_plan
-from fields.path.room import OMNI, BoxRoom
-from fields.path.scatterers import Scatterers
-from fields.path.tomography import GROUPS_HZ, find_occluders
+from fields.path.walls.box import Box
 from rir import Poses
 
 SIZE, RATE, SAMPLES = np.array([4.0, 3.0, 2.5]), 16000.0, 640

@@ -1,0 +1,1 @@
+"""What answers where paths do not, and which of it is believed."""

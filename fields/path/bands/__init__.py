@@ -1,0 +1,1 @@
+"""Boxes whose walls and devices change from half octave to half octave."""

@@ -1,0 +1,1 @@
+"""Late sound and what a room makes of energy, tile by tile."""

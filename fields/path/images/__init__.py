@@ -1,0 +1,1 @@
+"""Rooms of mirror images, and their fits."""

@@ -1,0 +1,1 @@
+"""What stands in a room: small objects and what is in the way."""

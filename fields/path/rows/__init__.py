@@ -1,0 +1,1 @@
+"""Measured rows, and what they tell before any wall is known."""

@@ -1,0 +1,1 @@
+"""Walls found by ear: scans, boxes, cells, openings."""
