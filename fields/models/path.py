@@ -29,7 +29,7 @@ from fields.path.rows.fitset import FitSet
 from fields.path.rows.pace import paced
 from fields.path.rows.strays import heard_without_strays
 from fields.plan import TrainingPlan
-from rir import GainPattern, Pose, Poses
+from rir import DatasetError, GainPattern, Pose, Poses
 
 __all__ = ["PRESETS", "Config", "PathField", "fit", "load"]
 
@@ -258,7 +258,13 @@ def known_walls(frame: SceneFrame) -> np.ndarray:
 
 
 def load(path: Path) -> PathField:
-    """Open a stored path field."""
+    """Open a stored path field.
+
+    Raises
+    ------
+    DatasetError
+        If the file lacks a part, as those of older programs do.
+    """
     with np.load(path, allow_pickle=False) as stored:
         config = Config(**json.loads(str(stored["config"])))
         frame = SceneFrame.from_dict(json.loads(str(stored["frame"])))
@@ -271,4 +277,11 @@ def load(path: Path) -> PathField:
     size = len(JOINED)
     kept = {name[size:]: one for name, one in arrays.items() if name[:size] == JOINED}
     joined = Joined.from_arrays(kept) if kept else None
-    return PathField(Acoustics.from_arrays(arrays), frame, config, ends, joined)
+    try:
+        acoustics = Acoustics.from_arrays(arrays)
+    except KeyError as missing:
+        raise DatasetError(
+            f"{path} holds no {missing} of a path field: an older program wrote it; "
+            "train the field again"
+        ) from missing
+    return PathField(acoustics, frame, config, ends, joined)

@@ -23,7 +23,7 @@ from fields.path.hearing import hear_room
 from fields.path.images.open_air import directivity
 from fields.path.rows.fitset import FitSet, place_numbers
 from fields.plan import TrainingPlan
-from rir import Dataset, Poses
+from rir import Dataset, DatasetError, Poses
 
 RATE, LENGTH, SPEED = 16000.0, 1600, 343.2
 
@@ -211,6 +211,11 @@ def test_a_network_answers_both_ways_alike_and_comes_back(rows, tmp_path, monkey
     again = load_field(field.save(tmp_path / "one"))
     ends = data.emitters[:5], data.listeners[:5]
     assert_allclose(again.predict(*ends), field.predict(*ends), atol=1e-6)
+    with np.load(tmp_path / "one.npz", allow_pickle=False) as stored:
+        older = {name: one for name, one in stored.items() if name != "unexplained"}
+    np.savez(tmp_path / "older.npz", **older)
+    with pytest.raises(DatasetError, match="older program wrote it"):
+        load_field(tmp_path / "older.npz")
 
 
 def test_held_out_rows_of_a_single_emitter_are_listeners(rows):
