@@ -113,9 +113,10 @@ def _compared(
     parts = [getattr(held, name)[rows] * even[:, None, None] for name in names]
     measured, told, product = (_sums(one, where) for one in parts[:3])
     chance = _sums(parts[3] ** 2, where)
+    # held against chance before it is divided: the quotient of silent tiles overflows
+    sure = (product > 0) & (product**2 > NULL_SIGMAS**2 * chance)
     scale = np.maximum(measured * told, 1e-300)
-    found = np.where(product > 0, product**2, 0.0) / scale
-    found = np.where(found > NULL_SIGMAS**2 * chance / scale, found, 0.0)
+    found = np.where(sure, product**2, 0.0) / scale
     levels = np.sqrt(measured / np.maximum(told, 1e-6 * measured + 1e-300))
     return np.minimum(found, 1.0), levels
 
