@@ -30,6 +30,8 @@ ROUNDS, STEPS = 2, 2
 LEFT, MOST = 0.01, 0.3
 """Where paths leave less no place is worth correcting, where more it is not places."""
 WORTH, HARMLESS, PROVEN_ROWS = 0.8, 1.06, 16
+CAUSE = 0.5
+"""A box that leaves more at the first corrected places has other faults than those."""
 FARTHEST = 4.0
 """Sigmas that one coordinate may move."""
 
@@ -91,6 +93,9 @@ def correct_places(
     for _ in range(ROUNDS):
         shifts = _settled(few, shifts, room, sigma)
         moved = _at(few, shifts)
+        first = room is fitted and isinstance(room, FittedRoom)
+        if first and left_over(moved, room) > CAUSE * before:
+            return none
         try:
             room = resumed(moved, room, count=ROWS)
         except np.linalg.LinAlgError:
