@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from fields.path.images.polyhedral import FittedMesh
 from fields.path.images.resumed import resumed
 from fields.path.images.room import OMNI
-from fields.path.images.shoebox import FittedRoom, _without_slow
+from fields.path.images.shoebox import FittedRoom, without_slow
 from fields.path.rows.fitset import FitSet
 from fields.path.walls.opened import left_over
 from rir import GainPattern, Poses
@@ -95,9 +95,9 @@ def _with_pattern(
     columns = np.empty((count, rows.responses.size))
     for k in range(count):
         told = _heard_by(rows, fitted, np.eye(count)[k])
-        quick = _without_slow(told, rows.sample_rate)
+        quick = without_slow(told, rows.sample_rate)
         columns[k] = (quick * weight[:, None]).ravel()
-    target = _without_slow(rows.responses, rows.sample_rate) * weight[:, None]
+    target = without_slow(rows.responses, rows.sample_rate) * weight[:, None]
     square = columns @ columns.T
     old = np.zeros(count)
     kept = fitted.room.listening[:count]

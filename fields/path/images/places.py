@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from fields.path.images.polyhedral import FittedMesh
 from fields.path.images.resumed import resumed
-from fields.path.images.shoebox import FittedRoom, _without_slow
+from fields.path.images.shoebox import FittedRoom, without_slow
 from fields.path.rows.fitset import FitSet
 from fields.path.walls.opened import left_over
 from rir import Poses
@@ -145,7 +145,7 @@ def _shifted(
     heard = rows.cut(min(rows.n_samples, round(HEARD_S * rows.sample_rate)))
     fitted = _kept(heard, fitted)
     told = _told(_at(heard, shifts), fitted)
-    gap = _without_slow(heard.responses, heard.sample_rate) - told
+    gap = without_slow(heard.responses, heard.sample_rate) - told
     power = np.maximum((heard.responses**2).sum(axis=1), 1e-300)
     share = float((gap**2).sum() / power.sum())
     noise = share * power / heard.n_samples
@@ -171,4 +171,4 @@ def _kept(rows: FitSet, fitted: FittedRoom | FittedMesh) -> FittedRoom | FittedM
 
 def _told(rows: FitSet, fitted: FittedRoom | FittedMesh) -> FloatArray:
     told = fitted.predict(rows.emitters, rows.listeners, rows.n_samples)
-    return _without_slow(told, rows.sample_rate)
+    return without_slow(told, rows.sample_rate)

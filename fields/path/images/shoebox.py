@@ -19,7 +19,7 @@ from fields.path.rows.fitset import FitSet
 from fields.path.walls.box import Box
 from rir import GainPattern, Poses
 
-__all__ = ["FittedRoom", "fit_shoebox", "with_right_order"]
+__all__ = ["FittedRoom", "fit_shoebox", "with_right_order", "without_slow"]
 
 FloatArray = NDArray[np.float64]
 STAGES = (
@@ -229,24 +229,25 @@ def with_right_order(rows: FitSet, room: BoxRoom) -> BoxRoom:
 
     The last order is the one that leaves the smallest error.
     """
-    rest = _without_slow(rows.responses, rows.sample_rate)
+    rest = without_slow(rows.responses, rows.sample_rate)
     errors = [(rest**2).sum()]
     for order in range(ORDERS):
         part = _rendered(rows, room.with_order(order, order))
-        rest = rest - _without_slow(part, rows.sample_rate)
+        rest = rest - without_slow(part, rows.sample_rate)
         errors.append((rest**2).sum())
     part = _rendered(rows, room.with_order(ORDERS, 400))
-    rest = rest - _without_slow(part, rows.sample_rate)
+    rest = rest - without_slow(part, rows.sample_rate)
     best = int(np.argmin(errors)) - 1
     whole = (rest**2).sum() <= 1.02 * min(errors)
     return replace(room, least=0, order=400 if whole else max(best, 1))
 
 
-def _without_slow(responses: FloatArray, sample_rate: float) -> FloatArray:
+def without_slow(responses: FloatArray, sample_rate: float) -> FloatArray:
+    """Return responses without what is slower than fits count, (rows, samples)."""
     slow = slow_columns(responses.shape[1], sample_rate)
     return responses - (responses @ slow) @ slow.T
 
 
 def _squares(rows: FitSet, room: BoxRoom, target: FloatArray) -> float:
     gap = target - _rendered(rows, room)
-    return float((_without_slow(gap, rows.sample_rate) ** 2).sum())
+    return float((without_slow(gap, rows.sample_rate) ** 2).sum())

@@ -10,7 +10,6 @@ from fields.path.rows.fitset import FitSet
 __all__ = ["DirectSound", "read_direct", "whitened"]
 
 FloatArray = NDArray[np.float64]
-SEARCH_S = 0.012
 BEFORE_S, AFTER_S = 0.0015, 0.0025
 MOST_ROWS = 300
 MOST_LATENCY_S = 0.02
