@@ -19,14 +19,14 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from capture.build import raw_problem
 from capture.config import SessionConfig
-from capture.display import PlainDisplay
-from capture.folder import SessionFolder
-from capture.journal import read_journal
-from capture.running import run_session
-from capture.starting import Request, is_complete, plan_session
-from capture.state import SessionState
+from capture.operator.display import PlainDisplay
+from capture.session.dataset import raw_problem
+from capture.session.folder import SessionFolder
+from capture.session.journal import read_journal
+from capture.session.run import run_session
+from capture.session.start import Request, is_complete, plan_session
+from capture.session.state import SessionState
 from rir import Dataset
 
 SETTINGS = {

@@ -18,12 +18,12 @@ from pathlib import Path
 
 from rich.console import Console
 
-from capture.display import PlainDisplay
-from capture.folder import SessionFolder
-from capture.journal import Event
+from capture.operator.display import PlainDisplay
 from capture.plan import build_plan
-from capture.running import run_session
-from capture.starting import Request, plan_session
+from capture.session.folder import SessionFolder
+from capture.session.journal import Event
+from capture.session.run import run_session
+from capture.session.start import Request, plan_session
 
 
 class Meter(PlainDisplay):

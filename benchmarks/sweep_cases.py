@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture import deconvolve
-from capture.interfaces.drift import evaluate_stretched
+from capture.signal.resample import evaluate_stretched
 
 Array = NDArray[np.float64]
 

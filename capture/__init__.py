@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 from rir.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from capture.deconvolution import Deconvolution, deconvolve
-    from capture.sweep import Sweep, synchronized_sweep
+    from capture.deconvolution.deconvolve import Deconvolution, deconvolve
+    from capture.signal.sweep import Sweep, synchronized_sweep
 
 __all__ = ["Deconvolution", "Sweep", "deconvolve", "synchronized_sweep"]
 
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
-        "capture.deconvolution": "Deconvolution deconvolve",
-        "capture.sweep": "Sweep synchronized_sweep",
+        "capture.deconvolution.deconvolve": "Deconvolution deconvolve",
+        "capture.signal.sweep": "Sweep synchronized_sweep",
     },
 )

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator, model_validator
 
 from capture.faults import Fault
-from capture.interleave import Interleaving
+from capture.signal.interleave import Interleaving
 from rir import Pose, RoomSpec
 from rir.config import Config
 

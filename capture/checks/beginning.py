@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from capture.checks.evidence import Evidence
+from capture.checks.finding import Verdict
 from capture.checks.table import CHECKS
-from capture.evidence import Evidence
-from capture.verdict import Verdict
 
 __all__ = ["check_beginning", "check_ending"]
 

@@ -4,10 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from capture.checks.evidence import Evidence
+from capture.checks.finding import Verdict
 from capture.checks.hum import quiet_part
 from capture.checks.table import CHECKS
-from capture.evidence import Evidence
-from capture.verdict import Verdict
 
 __all__ = ["check_constant"]
 

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from capture.checks.events import worst_event
+from capture.checks.evidence import Evidence
+from capture.checks.finding import Verdict
 from capture.checks.table import CHECKS
-from capture.evidence import Evidence
-from capture.verdict import Verdict
 
 __all__ = ["check_loopback"]
 

@@ -2,8 +2,8 @@
 
 from collections.abc import Callable, Iterator
 
-from capture.evidence import Evidence
-from capture.verdict import Verdict
+from capture.checks.evidence import Evidence
+from capture.checks.finding import Verdict
 from rir.registry import Registry
 
 __all__ = ["CHECKS", "Check"]

@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from capture.checks.finding import Limits
+from capture.checks.run import examine
 from capture.config import SessionConfig, Simulation
 from capture.cost.trials import Trial
-from capture.examination import examine
-from capture.examine import Examiner
+from capture.devices.placement import PlacedWorld
+from capture.devices.stage import build_world
 from capture.interfaces import INTERFACES, Surroundings
 from capture.interfaces.loudspeaker import loudspeaker_gain
-from capture.placement import PlacedWorld
 from capture.plan import build_plan
-from capture.reference import Reference, refer
-from capture.stage import build_world
-from capture.verdict import Limits
+from capture.session.take import Examiner
+from capture.signal.reference import Reference, refer
 
 __all__ = ["Bench", "Outcome", "divide", "misalignment", "noise_ratio", "store"]
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import field_validator
 
-from capture.randomness import take_rng
+from capture.signal.randomness import take_rng
 from rir import Registry
 from rir.config import Config
 

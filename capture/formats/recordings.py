@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from capture.deconvolution import deconvolve
+from capture.deconvolution.deconvolve import deconvolve
 from capture.formats.table import is_simulated, read_about
 from capture.formats.wav import POSES, columns_of, poses_of, read_poses
 from rir import Dataset, DatasetError

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from capture.config import SessionConfig, Simulation
 from capture.faults import spoil
-from capture.interfaces.drift import evaluate_stretched
 from capture.interfaces.loudspeaker import drive, loudspeaker_gain
 from capture.interfaces.protocol import Recording
 from capture.interfaces.table import (
@@ -17,7 +16,8 @@ from capture.interfaces.table import (
     Surroundings,
     WorldView,
 )
-from capture.randomness import take_rng
+from capture.signal.randomness import take_rng
+from capture.signal.resample import evaluate_stretched
 from rir import InterfaceError
 
 __all__ = ["SimulatedInterface"]

@@ -4,13 +4,13 @@ from pathlib import Path
 import pytest
 
 from capture.config import SessionConfig
-from capture.folder import SessionFolder
+from capture.devices.stage import set_stage
 from capture.interfaces import AudioInterface
-from capture.journal import Journal
 from capture.plan import build_plan
-from capture.session import Session
-from capture.stage import set_stage
-from capture.starting import Request, merge, plan_session
+from capture.session.engine import Session
+from capture.session.folder import SessionFolder
+from capture.session.journal import Journal
+from capture.session.start import Request, merge, plan_session
 
 TINY = {
     "sample_rate": 16000,

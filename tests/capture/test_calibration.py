@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from capture.calibration import pascal_per_unit, read_microphone_file, tone_level
+from capture.signal.calibration import pascal_per_unit, read_microphone_file, tone_level
 from rir import ConfigError, SignalError
 
 RATE = 48000

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from capture.cli import main
+from capture.commands.capture_pairs import main
 from capture.config import SessionConfig
 from capture.cost import imperfect, measure_session, trials_of
 from capture.cost.bench import misalignment, store

@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from capture import Deconvolution, deconvolve, synchronized_sweep
-from capture.interfaces.drift import evaluate_stretched
+from capture.signal.resample import evaluate_stretched
 from rir.errors import SignalError
 
 Array = NDArray[np.float64]

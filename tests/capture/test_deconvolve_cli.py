@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from capture import synchronized_sweep
-from capture.deconvolve_cli import main
+from capture.commands.deconvolve_sweep import main
 from rir.audio import read_audio, write_audio
 
 RATE = 16000

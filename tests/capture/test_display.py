@@ -4,9 +4,9 @@ from collections.abc import Callable
 import pytest
 from rich.console import Console
 
-from capture.display import PlainDisplay, make_display, take_line, time_text
-from capture.screen import LiveScreen, sparkline
-from capture.session import Session
+from capture.operator.display import PlainDisplay, make_display, take_line, time_text
+from capture.operator.screen import LiveScreen, sparkline
+from capture.session.engine import Session
 from rir import SessionError
 
 MakeSession = Callable[..., Session]

@@ -3,8 +3,8 @@ import pytest
 
 from capture.config import Simulation
 from capture.faults import FAULTS, Fault, spoil
-from capture.interfaces.drift import evaluate_stretched
 from capture.interfaces.simulated import SimulatedInterface
+from capture.signal.resample import evaluate_stretched
 from rir import InterfaceError
 
 RATE = 16000

@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from capture.folder import SessionFolder, lossless_format
+from capture.session.folder import SessionFolder, lossless_format
 from rir import SessionError
 
 

@@ -4,9 +4,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from capture.commands.convert_responses import main
 from capture.formats import FORMATS
-from capture.formats.cli import main
-from capture.sweep import synchronized_sweep
+from capture.signal.sweep import synchronized_sweep
 from rir import Dataset, DatasetError, Pose, Poses
 from rir.audio import write_audio
 

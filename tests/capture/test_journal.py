@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from capture.journal import Journal, decode, encode, plain, read_journal
+from capture.session.journal import Journal, decode, encode, plain, read_journal
 from rir import SessionError
 
 

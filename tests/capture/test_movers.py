@@ -3,10 +3,10 @@ from collections.abc import Callable, Iterator, Sequence
 import pytest
 
 from capture.config import SessionConfig
-from capture.journal import Event
-from capture.movers import Person, Redo, RigPair, Skip
+from capture.devices.movers import Person, Redo, RigPair, Skip
 from capture.plan import Move, build_plan
-from capture.session import Session
+from capture.session.engine import Session
+from capture.session.journal import Event
 from rigs import Carriers, SimulatedRig, VirtualClock
 from rir import OutOfReachError, Pose, RigError
 

@@ -3,11 +3,11 @@ from pathlib import Path
 
 import numpy as np
 
-from capture.build import build_dataset
-from capture.folder import SessionFolder
-from capture.interleave import Interleaving
-from capture.mounting import mounted
-from capture.session import Session
+from capture.devices.mounting import mounted
+from capture.session.dataset import build_dataset
+from capture.session.engine import Session
+from capture.session.folder import SessionFolder
+from capture.signal.interleave import Interleaving
 from rir import Dataset
 
 MakeSession = Callable[..., Session]

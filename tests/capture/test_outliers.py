@@ -3,8 +3,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from capture.outliers import find_outlier, take_distances
-from capture.session import Session
+from capture.session.engine import Session
+from capture.session.outliers import find_outlier, take_distances
 
 MakeSession = Callable[..., Session]
 

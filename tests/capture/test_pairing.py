@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from capture.pairing import (
+from capture.session.pairing import (
     OneWay,
     arrival_difference,
     bands,
@@ -10,8 +10,8 @@ from capture.pairing import (
     octave_distances,
     predicted_floor,
 )
-from capture.stretch import apply_stretch, estimate_stretch
-from capture.sweep import synchronized_sweep
+from capture.signal.stretch import apply_stretch, estimate_stretch
+from capture.signal.sweep import synchronized_sweep
 
 RATE = 16000
 N = 8000

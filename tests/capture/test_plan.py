@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from capture.config import Channels, SessionConfig
-from capture.placing import draw_pairs, load_pairs, pair_between
 from capture.plan import Measure, Move, build_plan
+from capture.session.placing import draw_pairs, load_pairs, pair_between
 from rir import ConfigError, RoomSpec
 
 ROOM = RoomSpec.model_validate(

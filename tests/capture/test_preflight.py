@@ -5,10 +5,15 @@ import numpy as np
 import pytest
 
 from capture.config import SessionConfig
+from capture.devices.stage import set_stage
 from capture.interfaces import AudioInterface, Recording
 from capture.plan import build_plan
-from capture.preflight import Preflight, find_loopback, lock_settings, short_sweep
-from capture.stage import set_stage
+from capture.session.preflight import (
+    Preflight,
+    find_loopback,
+    lock_settings,
+    short_sweep,
+)
 from rir import InterfaceError
 
 MakeConfig = Callable[..., SessionConfig]

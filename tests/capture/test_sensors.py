@@ -3,7 +3,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from capture.sensors import AskedAir, FileSensor, NoSensor, SimulatedAir, parse_air
+from capture.devices.sensors import (
+    AskedAir,
+    FileSensor,
+    NoSensor,
+    SimulatedAir,
+    parse_air,
+)
 from rir import Environment
 
 

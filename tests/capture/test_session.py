@@ -5,13 +5,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from capture.build import build_dataset
-from capture.folder import SessionFolder
+from capture.devices.stage import set_stage
 from capture.interfaces import AudioInterface, Recording
-from capture.journal import read_journal
-from capture.recover import recover
-from capture.session import Session
-from capture.stage import set_stage
+from capture.session.dataset import build_dataset
+from capture.session.engine import Session
+from capture.session.folder import SessionFolder
+from capture.session.journal import read_journal
+from capture.session.recover import recover
 from rir import Dataset, InterfaceError, SessionError, SignalError
 from rir.audio import write_audio
 
@@ -152,7 +152,7 @@ def test_a_full_disk_stops_the_session_and_it_resumes(
         return written[0]
 
     with monkeypatch.context() as patch:
-        patch.setattr("capture.folder.write_audio", full)
+        patch.setattr("capture.session.folder.write_audio", full)
         with pytest.raises(SessionError, match="No space left.*free some space"):
             session.run()
     assert "No space left" in events(session, "stopped")[0]["reason"]

@@ -1,6 +1,6 @@
 import numpy as np
 
-from capture.silence import longest_zeros, silent_channels
+from capture.checks.silent_channels import longest_zeros, silent_channels
 
 RATE = 16000
 

@@ -4,7 +4,7 @@ import pytest
 from capture.config import Simulation
 from capture.interfaces.loudspeaker import drive, loudspeaker_gain
 from capture.interfaces.simulated import SimulatedInterface
-from capture.sweep import synchronized_sweep
+from capture.signal.sweep import synchronized_sweep
 
 RATE = 16000
 

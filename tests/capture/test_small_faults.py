@@ -19,7 +19,7 @@ from sweep_cases import delayed  # pyright: ignore[reportMissingImports]
 from capture import deconvolve, synchronized_sweep
 from capture.checks.clipping import clipped_samples
 from capture.checks.events import AROUND, worst_event
-from capture.crests import measure_crests
+from capture.signal.crests import measure_crests
 
 
 @pytest.fixture

@@ -4,8 +4,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from capture.folder import SessionFolder
-from capture.starting import Request, choose_folder, merge, plan_session
+from capture.session.folder import SessionFolder
+from capture.session.start import Request, choose_folder, merge, plan_session
 from rir import ConfigError, OutOfReachError, SessionError
 
 TODAY = date(2026, 1, 2)

@@ -6,7 +6,7 @@ import pytest
 from capture.interfaces import INTERFACES, AudioInterface, Surroundings
 from capture.interfaces.portaudio import PortAudioInterface
 from capture.interfaces.simulated import SimulatedInterface
-from capture.starting import Request, plan_session
+from capture.session.start import Request, plan_session
 
 KINDS = {"simulated": SimulatedInterface, "portaudio": PortAudioInterface}
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from capture.cli import main
+from capture.commands.capture_pairs import main
 from rir import Dataset
 from rir.config import parse_yaml
 
@@ -192,7 +192,7 @@ def test_help_costs_little() -> None:
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
-    code = "from capture.cli import main; raise SystemExit(main(['--help']))"
+    code = "from capture.commands.capture_pairs import main; raise SystemExit(main(['--help']))"
     bare = min(cpu("-c", "pass") for _ in range(3))
     helped = min(cpu("-c", code) for _ in range(3))
     assert helped - bare <= 0.3

@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 
 from analysis import paper_metrics
-from capture.build import build_dataset
 from capture.config import SessionConfig
-from capture.examine import Examiner
-from capture.folder import SessionFolder
-from capture.journal import Event, Journal, read_journal
+from capture.devices.stage import set_stage
 from capture.plan import build_plan
-from capture.recover import recover
-from capture.session import Session
-from capture.stage import set_stage
-from capture.starting import Request, merge, plan_session
+from capture.session.dataset import build_dataset
+from capture.session.engine import Session
+from capture.session.folder import SessionFolder
+from capture.session.journal import Event, Journal, read_journal
+from capture.session.recover import recover
+from capture.session.start import Request, merge, plan_session
+from capture.session.take import Examiner
 from rir import Dataset, SessionError
 from rir.audio import read_audio
 

@@ -1,0 +1,165 @@
+"""Latency and clock drift of a loopback, from one take."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capture.signal.excitation import Excitation
+
+__all__ = ["Clock", "fit_clock", "nominal_clock"]
+
+Array = NDArray[np.float64]
+
+WINDOW_S = 0.025
+WINDOW_PER_SAMPLE = 3e-4
+LOWEST_HZ = 200.0
+FEWEST = 16
+ROUNDS = 4
+SETTLED = 1e-11
+TRUSTED_SIGMAS = 4.0
+DOUBT = 2.5
+SMALLEST_DRIFT = 2e-8
+
+
+@dataclass(frozen=True)
+class Clock:
+    """How a recorder's time runs against the player's.
+
+    A signal x of the player is recorded as ``x((1 + drift) (t - latency))``.
+
+    Attributes
+    ----------
+    latency : float
+        Delay, samples; NaN when nothing tells it.
+    drift : float
+        Relative difference of the rates.
+    drift_sigma : float
+        Standard error of `drift` by the noise.
+    doubt : float
+        How much `drift` changes when the converters may have a cubic phase: what a
+        filter can pose as.
+    """
+
+    latency: float
+    drift: float
+    drift_sigma: float
+    doubt: float = 0.0
+
+    @property
+    def runs_off(self) -> bool:
+        """Whether a drift is there beyond its own uncertainty."""
+        limit = max(
+            TRUSTED_SIGMAS * self.drift_sigma, DOUBT * self.doubt, SMALLEST_DRIFT
+        )
+        return bool(abs(self.drift) > limit)
+
+
+def nominal_clock() -> Clock:
+    """Return the clock of a take without a loopback: no delay, no drift, unknown."""
+    return Clock(np.nan, 0.0, np.nan)
+
+
+def fit_clock(loopback: Array, excitation: Excitation) -> Clock:
+    """Find latency and drift of a loopback.
+
+    Parameters
+    ----------
+    loopback : ndarray, shape (n,)
+        What came back by cable.
+    excitation : Excitation
+        What was played.
+
+    Returns
+    -------
+    Clock
+        Latency NaN if the loopback is silent.
+
+    References
+    ----------
+    ``X(f / (1 + e)) = X(f) - e f X'(f)``: the phase of loopback over excitation is
+    ``c - 2 pi f tau + 2 pi e f u(f)`` with u the time at which f is played; for an
+    exponential sweep ``u = L ln(f / f1)``. A term in 1/f takes the phase of an
+    AC-coupled input.
+    """
+    if not np.any(loopback):
+        return Clock(np.nan, 0.0, np.nan)
+    step, sigma = 0.0, np.inf
+    drift, spectrum = 0.0, excitation.transform(loopback)
+    fit = undrifting = _Phases.of(spectrum, excitation, drift)
+    for _ in range(ROUNDS):
+        step, sigma = fit.step()
+        if abs(step) < max(SETTLED, 0.01 * sigma):
+            break
+        drift = (1 + drift) * (1 + step) - 1
+        fit = _Phases.of(spectrum, excitation, drift)
+    doubt = abs(fit.step(cubic=True)[0] - step)
+    clock = Clock(fit.latency(), drift, sigma, doubt)
+    if clock.runs_off:
+        return clock
+    still = undrifting.latency(drifts=False)
+    return Clock(still, drift, sigma, doubt)
+
+
+@dataclass(frozen=True, eq=False)
+class _Phases:
+    """Phases of loopback over excitation, the excitation at some rate."""
+
+    frequencies: Array
+    phases: Array
+    times: Array
+    peak: int
+    sample_rate: float
+
+    @staticmethod
+    def of(
+        spectrum: NDArray[np.complex128], excitation: Excitation, drift: float
+    ) -> "_Phases":
+        played = excitation.spectrum_at_rate(drift)
+        lags = excitation.inverse(excitation.divide(spectrum, played))
+        peak = int(np.argmax(np.abs(lags)))
+        rate = excitation.sample_rate
+        half = round(WINDOW_S * rate + WINDOW_PER_SAMPLE * excitation.n_played)
+        half = min(half, lags.size // 4)
+        around = np.take(lags, np.arange(peak - half, peak + half), mode="wrap")
+        around = around * np.hanning(2 * half + 1)[:-1]
+        gains = np.fft.rfft(np.roll(around, -half))
+        f = np.asarray(np.fft.rfftfreq(2 * half, 1 / rate), dtype=np.float64)
+        low, high = excitation.band
+        inside = (f >= max(1.3 * low, LOWEST_HZ)) & (f <= 0.85 * high)
+        if np.count_nonzero(inside) < FEWEST:
+            inside = (f >= low) & (f <= high)
+        if peak > lags.size - excitation.n_played and peak > lags.size // 2:
+            peak -= lags.size
+        phases = np.unwrap(np.angle(gains[inside]))
+        times = excitation.time_played(f[inside])
+        return _Phases(f[inside], phases, times, peak, rate)
+
+    def step(self, *, cubic: bool = False) -> tuple[float, float]:
+        """Return what is left of the drift, and its standard error."""
+        found, errors = self._solve(True, cubic)
+        return found[-1] / (2 * np.pi), errors[-1] / (2 * np.pi)
+
+    def latency(self, *, drifts: bool = True) -> float:
+        """Return the delay, samples."""
+        found, _ = self._solve(drifts, False)
+        return float(self.peak - found[1] * self.sample_rate / (2 * np.pi))
+
+    def _solve(self, drifts: bool, cubic: bool) -> tuple[Array, Array]:
+        f = self.frequencies
+        columns = [np.ones_like(f), f, f[0] / f]
+        columns += [f**3] if cubic else []
+        columns += [f * self.times] if drifts else []
+        return _regress(np.stack(columns, axis=1), self.phases, 1 / np.sqrt(f))
+
+
+def _regress(columns: Array, phases: Array, weight: Array) -> tuple[Array, Array]:
+    units = np.abs(columns).max(axis=0)
+    units = np.where(units > 0, units, 1)
+    rows = columns / units * weight[:, np.newaxis]
+    inverse = np.linalg.pinv(rows)
+    found = inverse @ (phases * weight)
+    rest = phases * weight - rows @ found
+    spread = np.sum(rest**2) / max(weight.size - units.size, 1)
+    errors = np.sqrt(spread * np.sum(inverse**2, axis=1))
+    return found / units, errors / units
