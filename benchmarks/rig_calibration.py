@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from rigs.frame import Frame, fit_frame
-from rigs.repeatability import COUNT, judge_approaches
-from rigs.survey import refine_places
+from rigs.calibration.frame import Frame, fit_frame
+from rigs.calibration.repeatability import COUNT, judge_approaches
+from rigs.calibration.survey import refine_places
 
 OUT = Path("results/rig_calibration.json")
 NOISE = 0.5e-3

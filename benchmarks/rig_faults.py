@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
-from rigs.firmware.ordeal import BrokenRuleError, run_sequence
+from rigs.operation.ordeal import BrokenRuleError, run_sequence
 
 OUT = Path("results/rig_faults.json")
 

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from rigs.envelope import Envelope, KeepOut
-from rigs.order import visiting_order
-from rigs.paths import Roadmap
+from rigs.planning.envelope import Envelope, KeepOut
+from rigs.planning.order import visiting_order
+from rigs.planning.paths import Roadmap
 
 OUT = Path("results/rig_planning.json")
 

@@ -10,12 +10,12 @@ from rir.lazy import lazy_names
 if TYPE_CHECKING:
     from rigs.carriers import Carriers
     from rigs.clock import Clock, FastClock, SystemClock, VirtualClock
-    from rigs.envelope import Envelope, KeepOut
     from rigs.kinds import RIGS, RigKind, Surroundings
-    from rigs.manual import ManualRig
+    from rigs.kinds.manual import ManualRig
+    from rigs.kinds.simulated import SimulatedRig
+    from rigs.planning.envelope import Envelope, KeepOut
     from rigs.rig import Rig
     from rigs.rigfile import load_rig
-    from rigs.simulated import SimulatedRig
 
 __all__ = [
     "RIGS",
@@ -39,11 +39,11 @@ __getattr__, __dir__ = lazy_names(
     {
         "rigs.carriers": "Carriers",
         "rigs.clock": "Clock FastClock SystemClock VirtualClock",
-        "rigs.envelope": "Envelope KeepOut",
+        "rigs.planning.envelope": "Envelope KeepOut",
         "rigs.kinds": "RIGS RigKind Surroundings",
-        "rigs.manual": "ManualRig",
+        "rigs.kinds.manual": "ManualRig",
         "rigs.rig": "Rig",
         "rigs.rigfile": "load_rig",
-        "rigs.simulated": "SimulatedRig",
+        "rigs.kinds.simulated": "SimulatedRig",
     },
 )

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from rigs.coordination import Coordination, Step, sampled
 from rigs.faults import UnknownPositionError
-from rigs.order import Visits, visiting_order
+from rigs.planning.coordination import Coordination, Step, sampled
+from rigs.planning.order import Visits, visiting_order
 from rigs.rig import Rig
 from rir.errors import OutOfReachError, RigError
 from rir.pose import Pose
@@ -31,7 +31,7 @@ class Carriers:
 
     Examples
     --------
-    >>> from rigs.simulated import SimulatedRig
+    >>> from rigs.kinds.simulated import SimulatedRig
     >>> carriers = Carriers(SimulatedRig(), SimulatedRig())
     >>> a, b = Pose.at(1, 1, 1), Pose.at(2, 1, 1)
     >>> reached = carriers.place(a, b)

@@ -93,7 +93,7 @@ def _pose(text: str) -> "Pose":
 @app.command()
 def ports() -> None:
     """List the serial ports there are."""
-    from rigs.line import list_ports
+    from rigs.dialogue.line import list_ports
 
     console = _console()
     found = list_ports()
@@ -157,7 +157,7 @@ def confirm(file: File, yes: Yes = False) -> None:
 @app.command()
 def where(file: File) -> None:
     """Say where the carriers are, and draw it."""
-    from rigs.planview import coloured, plan_of
+    from rigs.operation.planview import coloured, plan_of
 
     console = _console()
     carriers = _open(file)
@@ -181,7 +181,7 @@ def move(
     ] = False,
 ) -> None:
     """Bring both carriers to their poses, around furniture and each other."""
-    from rigs.planview import coloured, plan_of
+    from rigs.operation.planview import coloured, plan_of
 
     goal = _pose(emitter), _pose(listener)
     console = _console()
@@ -205,7 +205,7 @@ def order(
     pairs: Annotated[Path, typer.Argument(help="YAML: pairs: [{a: [..], b: [..]}, …]")],
 ) -> None:
     """Show the shortest order of pairs, its length and its plan view."""
-    from rigs.planview import coloured, plan_of
+    from rigs.operation.planview import coloured, plan_of
     from rigs.rigfile import load_pairs
 
     console = _console()
@@ -230,7 +230,7 @@ def jog(
     yes: Yes = False,
 ) -> None:
     """Move one carrier by the arrow keys; page up and down for z, q to leave."""
-    from rigs.jogging import jog_by_keys
+    from rigs.operation.jogging import jog_by_keys
 
     carriers = _open(file, yes=yes)
     try:
@@ -247,7 +247,7 @@ def survey(
     ],
 ) -> None:
     """Fit the frame of a rig from touched points and print it for the rig file."""
-    from rigs.frame import fit_frame
+    from rigs.calibration.frame import fit_frame
     from rigs.rigfile import load_points
 
     console = _console()
@@ -269,7 +269,7 @@ def self_test(
     yes: Yes = False,
 ) -> None:
     """Home, visit random poses, come back, and check that nothing was lost."""
-    from rigs.selftest import visit_random_poses
+    from rigs.operation.selftest import visit_random_poses
 
     console = _console()
     carriers = _open(file, yes=yes)
@@ -289,7 +289,7 @@ def simulate(
     from rigs.clock import FastClock
     from rigs.firmware.grbl import GrblFirmware
     from rigs.firmware.pty import PseudoTerminal
-    from rigs.grbl import USUAL_SETTINGS
+    from rigs.kinds.grbl import USUAL_SETTINGS
 
     terminal = PseudoTerminal(GrblFirmware(USUAL_SETTINGS), FastClock(rate))
     _console().print(f"SIMULATED Grbl 1.1h at {terminal.port}; Ctrl-C ends it")

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from rigs.calibration.mount import AXES, FIXED_TOLERANCE, Mount
 from rigs.controller import Controller
-from rigs.envelope import Envelope
 from rigs.faults import LineError
-from rigs.mount import AXES, FIXED_TOLERANCE, Mount
+from rigs.planning.envelope import Envelope
 from rigs.rig import Surroundings
 from rir.errors import OutOfReachError, RigError
 from rir.pose import Pose

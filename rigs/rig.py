@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import BaseModel
 
 from rigs.clock import Clock, SystemClock
-from rigs.envelope import Envelope
+from rigs.planning.envelope import Envelope
 from rir.pose import Pose
 from rir.registry import Registry
 

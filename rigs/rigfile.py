@@ -10,8 +10,8 @@ from pydantic import Field, create_model
 from rigs.carriers import Carriers
 from rigs.clock import Clock, SystemClock
 from rigs.kinds import RIGS, Surroundings
+from rigs.kinds.settings import Triple
 from rigs.rig import Rig
-from rigs.words import Triple
 from rir.config import Config, load_yaml
 from rir.errors import ConfigError
 from rir.pose import Pose

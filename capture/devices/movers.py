@@ -9,7 +9,7 @@ from typing import Any, Protocol
 from capture.plan import Move
 from capture.session.state import MENDED
 from rigs import Carriers, Clock
-from rigs.manual import instruction
+from rigs.kinds.manual import instruction
 from rir import Pose, RigError, RoomSpec
 
 __all__ = ["Mover", "Person", "Redo", "RedoNow", "RigPair", "Skip"]

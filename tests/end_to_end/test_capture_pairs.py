@@ -192,7 +192,10 @@ def test_help_costs_little() -> None:
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
-    code = "from capture.commands.capture_pairs import main; raise SystemExit(main(['--help']))"
+    code = (
+        "from capture.commands.capture_pairs import main;"
+        " raise SystemExit(main(['--help']))"
+    )
     bare = min(cpu("-c", "pass") for _ in range(3))
     helped = min(cpu("-c", code) for _ in range(3))
     assert helped - bare <= 0.3

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from rigs import SimulatedRig
-from rigs.frame import Frame, fit_frame
-from rigs.repeatability import judge_approaches, run_approaches
-from rigs.survey import direct_time, refine_places
+from rigs.calibration.frame import Frame, fit_frame
+from rigs.calibration.repeatability import judge_approaches, run_approaches
+from rigs.calibration.survey import direct_time, refine_places
 from rir.errors import ConfigError, RigError
 from rir.pose import Pose
 

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from rigs.cli import main
-from rigs.envelope import Envelope
-from rigs.jogging import jog_by_keys
-from rigs.simulated import SimulatedRig
+from rigs.kinds.simulated import SimulatedRig
+from rigs.operation.jogging import jog_by_keys
+from rigs.planning.envelope import Envelope
 from rir.errors import RigError
 from rir.pose import Pose
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from rigs import VirtualClock
-from rigs.dialogue_controller import Dialogue, DialogueController, DialogueOptions
+from rigs.dialogue.controller import Dialogue, DialogueController, DialogueOptions
 from rigs.faults import RefusedError, SilenceError, StrayError
 from rigs.firmware.direct import DirectLine
 from rigs.firmware.turntable import TurntableFirmware

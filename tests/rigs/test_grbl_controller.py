@@ -12,8 +12,8 @@ from rigs.faults import (
 )
 from rigs.firmware.direct import DirectLine
 from rigs.firmware.grbl import GrblFirmware
-from rigs.grbl_controller import GrblController
-from rigs.grbl_options import GrblOptions
+from rigs.grbl.controller import GrblController
+from rigs.grbl.options import GrblOptions
 from rir.errors import OutOfReachError, RigError
 
 SETTINGS = {

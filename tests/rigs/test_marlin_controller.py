@@ -10,7 +10,7 @@ from rigs.faults import (
 )
 from rigs.firmware.direct import DirectLine
 from rigs.firmware.marlin import MarlinFirmware
-from rigs.marlin_controller import MarlinController, MarlinOptions
+from rigs.marlin.controller import MarlinController, MarlinOptions
 from rir.errors import OutOfReachError
 
 A, B = np.array([50.0, 60.0, 20.0]), np.array([150.0, 60.0, 20.0])

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from rigs.firmware.ordeal import (
+from rigs.operation.ordeal import (
     FAULTS,
     SEPARATION,
     Fault,

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from rigs import Carriers, Envelope, KeepOut, SimulatedRig
-from rigs.coordination import Coordination
-from rigs.distance import segment_box_distance, segment_segment_distance
-from rigs.order import visiting_order
-from rigs.paths import Roadmap
-from rigs.planview import draw_plan
+from rigs.operation.planview import draw_plan
+from rigs.planning.coordination import Coordination
+from rigs.planning.distance import segment_box_distance, segment_segment_distance
+from rigs.planning.order import visiting_order
+from rigs.planning.paths import Roadmap
 from rir.errors import OutOfReachError
 from rir.pose import Pose
 

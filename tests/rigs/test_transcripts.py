@@ -11,8 +11,8 @@ import pytest
 from rigs import VirtualClock
 from rigs.faults import AlarmError, RebootError, RefusedError, SilenceError
 from rigs.firmware.grbl import GrblFirmware
-from rigs.grbl_link import GrblLink, Patience
-from rigs.grbl_words import (
+from rigs.grbl.link import GrblLink, Patience
+from rigs.grbl.parsing import (
     Alarm,
     Banner,
     Noise,
@@ -22,7 +22,7 @@ from rigs.grbl_words import (
     read_status,
     read_word,
 )
-from rigs.marlin_words import read_reply
+from rigs.marlin.parsing import read_reply
 
 REPOSITORY = Path(__file__).parents[2]
 FOLDER = Path(

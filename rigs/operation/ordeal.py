@@ -11,16 +11,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from rigs.calibration.frame import Frame
+from rigs.calibration.mount import Mount
 from rigs.carriers import Carriers
 from rigs.clock import VirtualClock
-from rigs.envelope import Envelope, KeepOut
 from rigs.firmware.direct import DirectLine
 from rigs.firmware.grbl import GrblFirmware
-from rigs.frame import Frame
-from rigs.grbl_controller import GrblController
-from rigs.grbl_options import GrblOptions
+from rigs.grbl.controller import GrblController
+from rigs.grbl.options import GrblOptions
 from rigs.machine import MachineRig
-from rigs.mount import Mount
+from rigs.planning.envelope import Envelope, KeepOut
 from rigs.rig import Surroundings
 from rir.errors import OutOfReachError, RigError
 from rir.pose import Pose

@@ -8,6 +8,8 @@ import numpy as np
 from pydantic import Field
 
 from rigs.clock import Clock
+from rigs.dialogue.knowledge import NEVER_HOMED, Knowledge
+from rigs.dialogue.line import Line
 from rigs.faults import (
     LineError,
     RefusedError,
@@ -15,8 +17,6 @@ from rigs.faults import (
     StrayError,
     UnknownPositionError,
 )
-from rigs.knowledge import NEVER_HOMED, Knowledge
-from rigs.line import Line
 from rir.config import Config
 from rir.errors import OutOfReachError, RigError
 

@@ -3,10 +3,10 @@
 from typing import Literal
 
 from rigs.clock import Clock
-from rigs.dialogue_controller import DialogueController, DialogueOptions
+from rigs.dialogue.controller import DialogueController, DialogueOptions
+from rigs.dialogue.line import Line
 from rigs.firmware.turntable import TurntableFirmware
-from rigs.line import Line
-from rigs.part import Part, PartConfig, add_machine
+from rigs.kinds.part import Part, PartConfig, add_machine
 
 
 class TurntablePart(Part):

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rigs.faults import StrayError
-from rigs.grbl_link import GrblLink
+from rigs.grbl.link import GrblLink
 
 RESOLUTION = 0.02
 """Step at which the search for a switching point ends, mm."""

@@ -9,6 +9,8 @@ import numpy as np
 from pydantic import Field
 
 from rigs.clock import Clock
+from rigs.dialogue.knowledge import NEVER_HOMED, Knowledge
+from rigs.dialogue.line import Line
 from rigs.faults import (
     LineError,
     RebootError,
@@ -17,9 +19,7 @@ from rigs.faults import (
     StrayError,
     UnknownPositionError,
 )
-from rigs.knowledge import NEVER_HOMED, Knowledge
-from rigs.line import Line
-from rigs.marlin_words import Reply, checksummed, read_reply, vector
+from rigs.marlin.parsing import Reply, checksummed, read_reply, vector
 from rigs.motion import travel_time
 from rir.config import Config
 from rir.errors import OutOfReachError, RigError

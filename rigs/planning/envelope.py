@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rigs.distance import segment_box_distance
+from rigs.planning.distance import segment_box_distance
 from rir.errors import ConfigError, OutOfReachError
 from rir.pose import Pose
 

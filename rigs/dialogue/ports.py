@@ -1,9 +1,9 @@
 """Lines from port names, simulated boards included."""
 
 from rigs.clock import Clock, VirtualClock
+from rigs.dialogue.line import Line, SerialLine
 from rigs.firmware.chip import Chip
 from rigs.firmware.direct import DirectLine
-from rigs.line import Line, SerialLine
 
 SIMULATED = "simulated"
 """The port name behind which a firmware model answers."""

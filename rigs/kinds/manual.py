@@ -6,10 +6,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from rigs.envelope import Envelope
+from rigs.kinds.settings import EnvelopeConfig
+from rigs.kinds.unwired import UnwiredRig
+from rigs.planning.envelope import Envelope
 from rigs.rig import RIGS, RigKind, Surroundings
-from rigs.unwired import UnwiredRig
-from rigs.words import EnvelopeConfig
 from rir.config import Config
 from rir.errors import RigError
 from rir.pose import Pose

@@ -5,13 +5,13 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from rigs.controller import Controller
-from rigs.grbl import GrblPart
+from rigs.kinds.grbl import GrblPart
+from rigs.kinds.marlin import MarlinPart
+from rigs.kinds.part import Truth
+from rigs.kinds.settings import MachineConfig
+from rigs.kinds.turntable import TurntablePart
 from rigs.machine import MachineRig
-from rigs.marlin import MarlinPart
-from rigs.part import Truth
 from rigs.rig import RIGS, RigKind, Surroundings
-from rigs.turntable import TurntablePart
-from rigs.words import MachineConfig
 
 Part = Annotated[GrblPart | MarlinPart | TurntablePart, Field(discriminator="kind")]
 

@@ -11,9 +11,9 @@ from rigs.faults import (
     SilenceError,
     StrayError,
 )
-from rigs.grbl_link import HOLD, JOG_CANCEL, RESUME
-from rigs.grbl_state import GrblState
-from rigs.grbl_words import Ok, Refused, Status
+from rigs.grbl.link import HOLD, JOG_CANCEL, RESUME
+from rigs.grbl.parsing import Ok, Refused, Status
+from rigs.grbl.state import GrblState
 from rigs.motion import travel_time
 from rir.errors import OutOfReachError, RigError
 

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rigs.distance import segment_box_distance, segment_segment_distance
-from rigs.envelope import Envelope
+from rigs.planning.distance import segment_box_distance, segment_segment_distance
+from rigs.planning.envelope import Envelope
 from rir.errors import OutOfReachError
 
 MARGIN = 0.02
@@ -27,7 +27,7 @@ class Roadmap:
 
     Examples
     --------
-    >>> from rigs.envelope import KeepOut
+    >>> from rigs.planning.envelope import KeepOut
     >>> wall = KeepOut("wall", [1, 0, 0], [1.2, 2, 2])
     >>> roadmap = Roadmap(Envelope([0, 0, 0], [3, 3, 2], [wall], clearance=0.1))
     >>> way = roadmap.way([0.5, 0.5, 1], [2, 0.5, 1])

@@ -6,6 +6,8 @@ from collections.abc import Callable
 import numpy as np
 
 from rigs.clock import Clock
+from rigs.dialogue.knowledge import NEVER_HOMED, Knowledge
+from rigs.dialogue.line import Line
 from rigs.faults import (
     AlarmError,
     LineError,
@@ -15,14 +17,12 @@ from rigs.faults import (
     StrayError,
     UnknownPositionError,
 )
-from rigs.grbl_board import Board, read_board
-from rigs.grbl_codes import KEEPS_POSITION, alarm_text
-from rigs.grbl_link import HOLD, GrblLink, Patience
-from rigs.grbl_options import GrblOptions
-from rigs.grbl_reference import Reference
-from rigs.grbl_words import Status
-from rigs.knowledge import NEVER_HOMED, Knowledge
-from rigs.line import Line
+from rigs.grbl.board import Board, read_board
+from rigs.grbl.codes import KEEPS_POSITION, alarm_text
+from rigs.grbl.link import HOLD, GrblLink, Patience
+from rigs.grbl.options import GrblOptions
+from rigs.grbl.parsing import Status
+from rigs.grbl.reference import Reference
 from rir.errors import RigError
 
 STAMP = 7.313

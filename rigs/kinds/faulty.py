@@ -6,7 +6,7 @@ import numpy as np
 
 from rigs.firmware.grbl import GrblFirmware
 from rigs.firmware.marlin import MarlinFirmware
-from rigs.words import FaultConfig
+from rigs.kinds.settings import FaultConfig
 
 Board = GrblFirmware | MarlinFirmware
 

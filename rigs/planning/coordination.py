@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rigs.envelope import Envelope
-from rigs.paths import Roadmap
+from rigs.planning.envelope import Envelope
+from rigs.planning.paths import Roadmap
 from rir.errors import OutOfReachError
 
 REFUGES = 60

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from rigs.frame import Frame
+from rigs.calibration.frame import Frame
 
 AXES = ("x", "y", "z", "yaw")
 FIXED_TOLERANCE = {"x": 1.0, "y": 1.0, "z": 1.0, "yaw": 1.0}

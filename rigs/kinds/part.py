@@ -7,13 +7,13 @@ from typing import TypeVar
 
 from rigs.clock import Clock
 from rigs.controller import Controller
-from rigs.faulty import Board, suffer
+from rigs.dialogue.line import Line, SerialLine
+from rigs.dialogue.ports import SIMULATED, simulated_line
 from rigs.firmware.chip import Chip
-from rigs.line import Line, SerialLine
+from rigs.kinds.faulty import Board, suffer
+from rigs.kinds.settings import FaultConfig, MachineConfig
 from rigs.machine import MachineRig
-from rigs.ports import SIMULATED, simulated_line
 from rigs.rig import RIGS, RigKind, Surroundings
-from rigs.words import FaultConfig, MachineConfig
 from rir.config import Config
 
 Truth = Callable[[], dict[str, float]]

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from rigs.grbl_link import GrblLink
-from rigs.grbl_options import GrblOptions
+from rigs.grbl.link import GrblLink
+from rigs.grbl.options import GrblOptions
 from rir.errors import RigError
 
 

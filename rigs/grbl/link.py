@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from rigs.clock import Clock
+from rigs.dialogue.line import Line
 from rigs.faults import AlarmError, RebootError, RefusedError, SilenceError
-from rigs.grbl_codes import alarm_text, error_text
-from rigs.grbl_words import (
+from rigs.grbl.codes import alarm_text, error_text
+from rigs.grbl.parsing import (
     Alarm,
     Banner,
     Feedback,
@@ -22,7 +23,6 @@ from rigs.grbl_words import (
     Word,
     read_word,
 )
-from rigs.line import Line
 
 log = logging.getLogger(__name__)
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigs.carriers import Carriers
-from rigs.envelope import FAR, Envelope
+from rigs.planning.envelope import FAR, Envelope
 from rir.pose import Pose
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def draw_plan(
 
     Examples
     --------
-    >>> from rigs.envelope import KeepOut
+    >>> from rigs.planning.envelope import KeepOut
     >>> room = Envelope([0, 0, 0], [4, 2, 2], [KeepOut("table", [1, 0, 0], [2, 1, 1])])
     >>> for line in draw_plan(room, carriers=(Pose.at(0, 2, 1), None), width=8):
     ...     print(line)

@@ -5,9 +5,9 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from rigs.envelope import Envelope, KeepOut
-from rigs.frame import Frame
-from rigs.mount import Mount
+from rigs.calibration.frame import Frame
+from rigs.calibration.mount import Mount
+from rigs.planning.envelope import Envelope, KeepOut
 from rir.config import Config
 
 Triple = tuple[float, float, float]

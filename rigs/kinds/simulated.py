@@ -5,11 +5,11 @@ from contextlib import contextmanager
 from typing import Any, Literal
 
 from rigs.clock import Clock, VirtualClock
-from rigs.envelope import Envelope
+from rigs.kinds.settings import EnvelopeConfig
+from rigs.kinds.unwired import UnwiredRig
 from rigs.motion import travel_time, turn_angle
+from rigs.planning.envelope import Envelope
 from rigs.rig import RIGS, RigKind, Surroundings
-from rigs.unwired import UnwiredRig
-from rigs.words import EnvelopeConfig
 from rir.config import Config
 from rir.pose import Pose
 
