@@ -18,19 +18,19 @@ from typing import Any
 
 import numpy as np
 
-from fields.path.energies.features import PlaceFeatures
-from fields.path.energies.late import chi_square_bias, fit_maps
-from fields.path.energies.slopes import common_rates, region_curves
-from fields.path.hearing import hear_room
-from fields.path.images.polyhedral import FittedMesh
-from fields.path.rows.direct import read_direct
-from fields.path.rows.fitset import FitSet, place_numbers
-from fields.path.rows.onsets import read_onsets
-from fields.path.rows.regions import Regions
-from fields.path.rows.sight import read_sight
-from fields.path.walls.jambs import scan_jambs
-from fields.path.walls.joining import find_joined
-from fields.path.walls.opening import Opening, Slab
+from inverse.find import hear_room
+from inverse.late.features import PlaceFeatures
+from inverse.late.late import chi_square_bias, fit_maps
+from inverse.late.slopes import common_rates, region_curves
+from inverse.paths.polyhedral import FittedMesh
+from inverse.rows.direct import read_direct
+from inverse.rows.fitset import FitSet, place_numbers
+from inverse.rows.onsets import read_onsets
+from inverse.rows.regions import Regions
+from inverse.rows.sight import read_sight
+from inverse.walls.jambs import scan_jambs
+from inverse.walls.joining import find_joined
+from inverse.walls.opening import Opening, Slab
 from rir import GainPattern, Poses
 from rooms import Scene, simulate
 from rooms.mesh import MeshGeometry

@@ -19,10 +19,10 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from fields.path.bands.banded_room import BandedRoom
-from fields.path.hearing import hear_room
-from fields.path.images.box_fit import level_errors
-from fields.path.rows.fitset import FitSet, place_numbers
+from inverse.bands.banded_room import BandedRoom
+from inverse.find import hear_room
+from inverse.paths.box_fit import level_errors
+from inverse.rows.fitset import FitSet, place_numbers
 from rir import Poses
 
 OUT = Path("results/path_furniture.json")

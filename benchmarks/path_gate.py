@@ -16,14 +16,14 @@ from pathlib import Path
 import numpy as np
 
 from fields.evaluate import compare_rows
-from fields.path.energies.completion import Completion
-from fields.path.energies.horizon import Doubt, coherence_horizon
-from fields.path.hearing import hear_room
-from fields.path.images.bank import ideal_bank
-from fields.path.images.mesh_room import MeshRoom
-from fields.path.images.polyhedron import Polyhedron
-from fields.path.images.room import OMNI
-from fields.path.rows.fitset import FitSet, place_numbers
+from inverse.find import hear_room
+from inverse.late.coherence_horizon import Doubt, coherence_horizon
+from inverse.late.completion import Completion
+from inverse.paths.bank import ideal_bank
+from inverse.paths.mesh_room import MeshRoom
+from inverse.paths.polyhedron import Polyhedron
+from inverse.paths.room import OMNI
+from inverse.rows.fitset import FitSet, place_numbers
 from rir import Poses
 
 OUT = Path("results/path_gate.json")

@@ -18,15 +18,15 @@ from typing import Any
 
 import numpy as np
 
-from fields.path.acoustics import Acoustics
-from fields.path.hearing import hear_room
-from fields.path.images.box_fit import level_errors
-from fields.path.images.polyhedral import FittedMesh
-from fields.path.images.polyhedron import Polyhedron
-from fields.path.rows.direct import read_direct
-from fields.path.rows.fitset import FitSet, place_numbers
-from fields.path.walls.box import assemble_box
-from fields.path.walls.scan import scan_planes, scan_signals
+from inverse.acoustics import Acoustics
+from inverse.find import hear_room
+from inverse.paths.box_fit import level_errors
+from inverse.paths.polyhedral import FittedMesh
+from inverse.paths.polyhedron import Polyhedron
+from inverse.rows.direct import read_direct
+from inverse.rows.fitset import FitSet, place_numbers
+from inverse.walls.box import assemble_box
+from inverse.walls.scan import scan_planes, scan_signals
 from rir import GainPattern, Poses
 from rooms import Scene, simulate
 from rooms.mesh import MeshGeometry

@@ -21,10 +21,10 @@ from typing import Any
 import numpy as np
 
 from fields.evaluate import compare_rows
-from fields.path.acoustics import Acoustics
-from fields.path.hearing import hear_room
-from fields.path.images.box_fit import level_errors
-from fields.path.rows.fitset import FitSet, place_numbers
+from inverse.acoustics import Acoustics
+from inverse.find import hear_room
+from inverse.paths.box_fit import level_errors
+from inverse.rows.fitset import FitSet, place_numbers
 from rir import Poses
 from rir.physics import air_absorption, speed_of_sound
 

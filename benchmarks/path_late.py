@@ -14,10 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
-from fields.path.energies.features import PlaceFeatures
-from fields.path.energies.late import LateMaps, chi_square_bias, fit_maps
-from fields.path.energies.slopes import common_rates, region_curves
-from fields.path.rows.regions import Regions, find_regions
+from inverse.late.features import PlaceFeatures
+from inverse.late.late import LateMaps, chi_square_bias, fit_maps
+from inverse.late.slopes import common_rates, region_curves
+from inverse.rows.regions import Regions, find_regions
 
 OUT = Path("results/path_late.json")
 ROOMS = np.array([[[0.0, 0, 0], [5, 4, 2.6]], [[5.0, 0, 0], [9, 4, 2.6]]])

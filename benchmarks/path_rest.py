@@ -74,7 +74,7 @@ def _scattered(
 
 def _late_modes(rng: np.random.Generator):
     """Return late sound that obeys reciprocity: plane waves with twins."""
-    from fields.path.energies.tail import Tail
+    from inverse.late.tail import Tail
 
     tail = Tail(int(rng.integers(1000)), np.zeros(3), RATE / SPEED, SAMPLES)
     times = np.arange(SAMPLES) / RATE

@@ -17,11 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from fields.path.acoustics import Acoustics
-from fields.path.hearing import hear_room
-from fields.path.images.box_fit import level_errors
-from fields.path.images.shoebox import FittedRoom
-from fields.path.rows.fitset import FitSet, place_numbers
+from inverse.acoustics import Acoustics
+from inverse.find import hear_room
+from inverse.paths.box_fit import level_errors
+from inverse.paths.shoebox import FittedRoom
+from inverse.rows.fitset import FitSet, place_numbers
 from rir import GainPattern, Poses
 
 SIZE = np.array([6.0, 4.0, 3.0])

@@ -16,19 +16,19 @@ import numpy as np
 from fields.data import FieldData
 from fields.field import paired_queries
 from fields.frame import SceneFrame
-from fields.path.acoustics import Acoustics
-from fields.path.answers.fallback import NearestRows
-from fields.path.answers.guard import guarded
-from fields.path.answers.network import Joined
-from fields.path.answers.residual import needs_network, with_network
-from fields.path.ground_plan import GroundPlan, plan_of
-from fields.path.hearing import hear_room
-from fields.path.images.air import speed_at, stretched
-from fields.path.images.polyhedron import Polyhedron
-from fields.path.rows.fitset import FitSet
-from fields.path.rows.pace import paced
-from fields.path.rows.strays import heard_without_strays
 from fields.plan import TrainingPlan
+from inverse.acoustics import Acoustics
+from inverse.blend.fallback import NearestRows
+from inverse.blend.guard import guarded
+from inverse.blend.network import Joined
+from inverse.blend.residual import needs_network, with_network
+from inverse.find import hear_room
+from inverse.paths.air import speed_at, stretched
+from inverse.paths.polyhedron import Polyhedron
+from inverse.plan.ground_plan import GroundPlan, plan_of
+from inverse.rows.fitset import FitSet
+from inverse.rows.outlier_rows import heard_without_strays
+from inverse.rows.units import paced
 from rir import DatasetError, GainPattern, Pose, Poses
 
 __all__ = ["PRESETS", "Config", "PathField", "fit", "load"]
@@ -149,7 +149,7 @@ class PathField:
 
     def draw(self, folder: Path) -> list[Path]:
         """Write plan.png and plan.json into a folder."""
-        from fields.path.plan_plot import draw_plan
+        from inverse.plan.plan_plot import draw_plan
 
         if len(self.ends) == 0:
             return []

@@ -1,0 +1,149 @@
+"""What answers for a room, and what it says of itself."""
+
+import json
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inverse.blend.blend import Rest
+from inverse.blend.fallback import NearestRows
+from inverse.names import part_of, prefixed
+from inverse.objects.furnishing import Furnishing
+from inverse.paths.polyhedral import FittedMesh
+from inverse.paths.shoebox import FittedRoom
+from inverse.stored import room_arrays, room_from
+from rir import GainPattern, Poses
+from rir.physics import speed_of_sound
+
+__all__ = ["Acoustics"]
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Acoustics:
+    """Hold a fitted room or, without one, rows to answer from.
+
+    Parameters
+    ----------
+    fitted : FittedRoom, FittedMesh or None
+        The room, a box or one of flat faces; a box without walls where only direct
+        sounds are sure, None where not even they are.
+    rows : NearestRows or None
+        Held only where nothing is fitted.
+    rest : Rest or None
+        What fills in for the paths; None where they explain all.
+    unexplained : float
+        Part of the energy of the fitted rows that paths do not tell.
+    alarms : list of str
+        What a person should know.
+    recording : dict
+        What was found of recording blocks, the listener and the places of rows.
+    """
+
+    fitted: FittedRoom | FittedMesh | None
+    rows: NearestRows | None
+    rest: Rest | None
+    unexplained: float
+    alarms: list[str] = field(default_factory=list)
+    recording: dict[str, Any] = field(default_factory=dict)
+
+    def predict(self, emitters: Poses, listeners: Poses, n_samples: int) -> FloatArray:
+        """Return responses, shape (queries, n_samples)."""
+        if self.fitted is not None:
+            early = self.fitted.predict(emitters, listeners, n_samples)
+        elif self.rows is not None:
+            early = self.rows.predict(emitters, listeners, n_samples)
+        else:
+            early = np.zeros((len(emitters), n_samples))
+        if self.rest is None:
+            return early
+        return self.rest.apply(early, emitters, listeners)
+
+    @property
+    def latency_s(self) -> float:
+        """Seconds before every arrival, as fitted."""
+        return 0.0 if self.fitted is None else float(self.fitted.room.latency_s)
+
+    def mean_speed(self, told: float) -> float:
+        """Return the speed of sound that answers are given for.
+
+        By the mean of the logged temperatures; where none was, as it was fitted, or
+        without a room `told`.
+        """
+        if "temperature_c" in self.recording:
+            return speed_of_sound(self.recording["temperature_c"])
+        return told if self.fitted is None else float(self.fitted.speed_of_sound)
+
+    def emitter_gain(self) -> GainPattern:
+        """Return the emitter's pattern, with a mean gain of 1 over directions."""
+        if self.fitted is None:
+            return GainPattern.omni()
+        row = self.fitted.room.emitting
+        level = row[0] / np.sqrt(4 * np.pi)
+        return GainPattern(row[None] / level, np.array([1000.0]))
+
+    def report(self) -> dict[str, Any]:
+        """Return what was found, in plain values."""
+        told = {"alarms": list(self.alarms), "unexplained": float(self.unexplained)}
+        told |= self.recording
+        if self.rest is not None:
+            told["held_out"] = self.rest.proof.scores
+        if self.fitted is None:
+            return told | {"walls": 0}
+        if isinstance(self.fitted, FittedMesh):
+            return told | self.fitted.report()
+        room, spread = self.fitted.room, self.fitted.spreads()
+        heard, found = room.box.heard, Furnishing.of(self.fitted.banded)
+        return told | {
+            "walls": int(heard.sum()),
+            "planes": room.box.planes[heard].tolist(),
+            "plane_sd_m": self.fitted.wall_sd()[heard].tolist(),
+            "reflection": room.walls[heard].tolist(),
+            "reflection_sd": spread[11:17][heard].tolist(),
+            "speed_of_sound": float(room.speed_of_sound),
+            "speed_of_sound_sd": float(spread[9]),
+            "latency_s": float(room.latency_s),
+            "sd": self.fitted.family_sd(),
+            **({"furnishing": found.as_dict()} if found else {}),
+        }
+
+    def as_arrays(self) -> dict[str, np.ndarray]:
+        """Return everything as plain arrays, for a file."""
+        arrays: dict[str, np.ndarray] = {
+            "unexplained": np.array(self.unexplained),
+            "told": np.array(self.alarms, dtype=str),
+            "recording": np.array(json.dumps(self.recording)),
+        }
+        if isinstance(self.fitted, FittedMesh):
+            arrays |= prefixed("mesh", self.fitted.as_arrays())
+        elif self.fitted is not None:
+            arrays |= prefixed("room", room_arrays(self.fitted))
+        if self.rows is not None:
+            arrays |= prefixed("rows", vars(self.rows))
+        if self.rest is not None:
+            arrays |= prefixed("rest", self.rest.as_arrays())
+        return {name: np.asarray(value) for name, value in arrays.items()}
+
+    @classmethod
+    def from_arrays(cls, arrays: dict[str, np.ndarray]) -> "Acoustics":
+        """Rebuild what :meth:`as_arrays` returned."""
+        room, rows = part_of(arrays, "room"), part_of(arrays, "rows")
+        rest = part_of(arrays, "rest")
+        nearest = None
+        if rows:
+            rows["samples_a_metre"] = float(rows["samples_a_metre"])  # type: ignore
+            rows["retimed"] = bool(rows.get("retimed", True))  # type: ignore
+            nearest = NearestRows(**rows)  # type: ignore
+        mesh = part_of(arrays, "mesh")
+        fitted = room_from(room) if room else None
+        return cls(
+            FittedMesh.from_arrays(mesh) if mesh else fitted,
+            nearest,
+            Rest.from_arrays(rest) if rest else None,
+            float(arrays["unexplained"]),
+            [str(one) for one in arrays["told"]],
+            json.loads(str(arrays.get("recording", "{}"))),
+        )

@@ -1,0 +1,220 @@
+"""What paths leave open, answered by whatever proved right at places left out.
+
+Paths, rows interpolated on their direct sounds and, with directional loudspeakers,
+rows alike in the loudspeaker's frame are mixed tile by tile; the completion puts the
+energies right and fills in late sound; direct levels follow the loudspeaker's aim.
+Each part is kept only where it is nearer to rows whose emitter it has not heard.
+"""
+
+import json
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inverse.blend.aligned import AlignedRows
+from inverse.blend.direct_levels import Launch
+from inverse.blend.mixture import mix, mixing_weights
+from inverse.blend.proof import Proof, prove
+from inverse.late.completion import Completion
+from inverse.late.measured import Measured
+from inverse.late.tiles import Tiles
+from inverse.names import part_of
+from inverse.paths.open_air import directivity
+from inverse.rows.fitset import FitSet
+from rir import Poses
+
+__all__ = ["Rest"]
+
+FloatArray = NDArray[np.float64]
+AIMED = 0.3
+LEAST_ROWS = 16
+EXPLAINED = 0.2
+ROWS_S = 0.25
+"""Later than this rows of other places say nothing but energies."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rest:
+    """Complete what paths say.
+
+    Parameters
+    ----------
+    rows : AlignedRows or None
+        Rows to interpolate between; None where they help nowhere.
+    aimed : bool
+        Whether rows alike in the loudspeaker's frame are heard as well.
+    weights : ndarray, shape (voices, bands, bins)
+        Of the paths, the rows and the rows alike.
+    completion : Completion
+        Energies and late sound.
+    guided : bool
+        Whether energies are those of interpolated rows, in place of the mixture's.
+    launch : Launch or None
+        Levels of direct sounds.
+    proof : Proof
+        Scores at emitters left out.
+    alarms : list of str
+        What a person should know.
+    """
+
+    rows: AlignedRows | None
+    aimed: bool
+    weights: FloatArray
+    completion: Completion
+    guided: bool = False
+    launch: Launch | None = None
+    proof: Proof = field(default_factory=Proof)
+    alarms: list[str] = field(default_factory=list)
+
+    @classmethod
+    def fit(
+        cls,
+        rows: FitSet,
+        judged: FitSet,
+        early: FloatArray,
+        paths: Any,
+        *,
+        aimed: bool | None = None,
+        latency_s: float = 0.0,
+    ) -> "Rest":
+        """Learn from measured rows what paths leave open.
+
+        Parameters
+        ----------
+        rows : FitSet
+            All measured rows.
+        judged : FitSet
+            Those to judge by.
+        early : ndarray
+            What paths say of the judged rows, shape (judged, n_samples).
+        paths : object
+            Who said it; its speed of sound and spread of lengths are used.
+        aimed : bool, optional
+            Whether the devices differ in pattern; found out when left out.
+        latency_s : float
+            Of every arrival, seconds.
+        """
+        tiles = Tiles(rows.sample_rate, rows.n_samples)
+        if aimed is None:
+            aimed = directivity(rows, latency_s) > AIMED
+        kept = None
+        if len(rows) >= LEAST_ROWS:
+            kept = AlignedRows.of(rows.cut(round(ROWS_S * rows.sample_rate)))
+        said = [early]
+        if kept is not None:
+            said.append(kept.left_out(judged))
+            if aimed:
+                said.append(kept.left_out(judged, aimed=True))
+        measured = Measured.of(judged, paths)
+        found = {}
+        weights = mixing_weights(judged.responses, said, tiles)
+        mixed = mix(tiles, weights, said)
+        for name, guide in _guides(judged, said).items():
+            known = Completion.fit(judged, mixed, paths, measured=measured, guide=guide)
+            ends = judged.emitters, judged.listeners
+            found[name] = known, known.apply(mixed, *ends, guide)
+        answers = {name: one[1] for name, one in found.items()}
+        scores = prove(judged, answers if len(found) > 1 else {})
+        best = scores.best if len(found) > 1 else next(iter(found))
+        known = {"path": scores.scores[best]} if len(found) > 1 else {}
+        completion, told = found[best]
+        guided = best == "rows"
+        if not guided and not weights[1:].any():
+            kept, weights = None, weights[:1]
+        aimed = aimed and kept is not None
+        parts = kept, aimed, weights, completion, guided
+        rest = cls(*parts, alarms=completion.alarms)
+        launch = None
+        if aimed and judged.n_places > 1:
+            launch = Launch.fit(judged, told, latency_s)
+            moved = launch.apply(told, judged.emitters, judged.listeners)
+            better = prove(judged, {"path": told, "moved": moved}, known)
+            known = {"path": better.scores[better.best]}
+            launch, told = (launch, moved) if better.best == "moved" else (None, told)
+        answers = {"path": told}
+        if len(said) > 1:
+            answers["rows"] = said[1]
+        return replace(rest, launch=launch, proof=prove(judged, answers, known))
+
+    def apply(self, early: FloatArray, emitters: Poses, listeners: Poses) -> FloatArray:
+        """Return completed responses, shape (rows, n_samples).
+
+        Parameters
+        ----------
+        early : ndarray, shape (rows, n_samples)
+            What the paths say.
+        emitters, listeners : Poses
+            The ends.
+        """
+        said = [early]
+        if self.rows is not None:
+            ends = emitters, listeners, early.shape[1]
+            said.append(self.rows.predict(*ends))
+            if self.aimed:
+                said.append(self.rows.predict(*ends, aimed=True))
+        return self._completed(said, emitters, listeners)
+
+    def left_out(self, early: FloatArray, rows: FitSet) -> FloatArray:
+        """Return the same of measured rows, told by other emitters' rows only."""
+        said = [early]
+        if self.rows is not None:
+            said.append(self.rows.left_out(rows))
+            if self.aimed:
+                said.append(self.rows.left_out(rows, aimed=True))
+        return self._completed(said, rows.emitters, rows.listeners)
+
+    def _completed(
+        self, said: list[FloatArray], emitters: Poses, listeners: Poses
+    ) -> FloatArray:
+        mixed = mix(self.completion.tiles, self.weights, said)
+        guide = said[1] if self.guided else None
+        told = self.completion.apply(mixed, emitters, listeners, guide)
+        if self.launch is not None:
+            told = self.launch.apply(told, emitters, listeners)
+        return told
+
+    def as_arrays(self) -> dict[str, np.ndarray]:
+        """Return everything as plain arrays, for a file."""
+        arrays = {
+            "weights": self.weights,
+            "aimed": np.array(self.aimed),
+            "guided": np.array(self.guided),
+        }
+        parts = {"rows": self.rows, "launch": self.launch}
+        for name, part in parts.items():
+            held = {} if part is None else vars(part)
+            arrays |= {f"{name}.{key}": np.asarray(one) for key, one in held.items()}
+        arrays["alarms"] = np.array(self.alarms, dtype=str)
+        arrays["proof"] = np.array(json.dumps(self.proof.scores))
+        late = self.completion.as_arrays()
+        return arrays | {f"late.{name}": one for name, one in late.items()}
+
+    @classmethod
+    def from_arrays(cls, arrays: dict[str, np.ndarray]) -> "Rest":
+        """Rebuild what :meth:`as_arrays` returned."""
+        rows, launch = part_of(arrays, "rows"), part_of(arrays, "launch")
+        return cls(
+            AlignedRows(**_with_scalars(rows)) if rows else None,  # type: ignore
+            bool(arrays["aimed"]),
+            arrays["weights"],
+            Completion.from_arrays(part_of(arrays, "late")),
+            bool(arrays.get("guided", False)),
+            Launch(**_with_scalars(launch)) if launch else None,  # type: ignore
+            Proof(json.loads(str(arrays["proof"]))),
+            [str(one) for one in arrays["alarms"]],
+        )
+
+
+def _guides(judged: FitSet, said: list[FloatArray]) -> dict[str, FloatArray | None]:
+    """Return whose energies are worth believing: rows' as well where paths are poor."""
+    left = judged.responses - said[0]
+    loud = float((judged.responses**2).sum())
+    if len(said) < 2 or float((left**2).sum()) < EXPLAINED * loud:
+        return {"mixture": None}
+    return {"mixture": None, "rows": said[1]}
+
+
+def _with_scalars(arrays: dict[str, np.ndarray]) -> dict[str, Any]:
+    return {name: one if one.ndim else one.item() for name, one in arrays.items()}

@@ -1,0 +1,76 @@
+"""Which of several answers is nearest to rows whose emitter it has not heard."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fields.evaluate import Scores, compare_rows
+from inverse.rows.fitset import FitSet
+
+__all__ = ["Proof", "likeness", "prove"]
+
+MOST_ROWS = 100
+LEAST = 1e-6
+EARLY_S = 0.15
+"""Answers differ early; what follows is told by the same late field."""
+
+
+@dataclass(frozen=True, eq=False)
+class Proof:
+    """Hold the scores of answers by name; the first is the preferred one."""
+
+    scores: dict[str, Scores] = field(default_factory=dict)
+
+    @property
+    def best(self) -> str:
+        """Name of the answer with the smallest errors on the whole."""
+        names = list(self.scores)
+        first = names[0]
+        ratios = [likeness(self.scores[one], self.scores[first]) for one in names]
+        return names[int(np.argmin(ratios))]
+
+    def ratio(self, name: str, other: str) -> float:
+        """Return how large one answer's errors are beside another's."""
+        return likeness(self.scores[name], self.scores[other])
+
+
+def likeness(scores: Scores, others: Scores) -> float:
+    """Return the geometric mean over metrics of one answer's errors over another's.
+
+    Examples
+    --------
+    >>> likeness({"C50": 1.0, "T60": 2.0}, {"C50": 2.0, "T60": 4.0})
+    0.5
+    """
+    ratios = [
+        np.log(max(value, LEAST) / max(others[name], LEAST))
+        for name, value in scores.items()
+        if np.isfinite(value) and np.isfinite(others[name])
+    ]
+    return float(np.exp(np.mean(ratios))) if ratios else 1.0
+
+
+def prove(
+    rows: FitSet,
+    answers: Mapping[str, NDArray[np.float64]],
+    known: Mapping[str, Scores] | None = None,
+) -> Proof:
+    """Score answers to rows, each of shape (rows, n), by the metrics of the tables.
+
+    The first 0.15 s of at most a hundred rows are scored, drawn evenly; scores that
+    are `known` are taken over.
+    """
+    count = min(len(rows), MOST_ROWS)
+    some = np.linspace(0, len(rows) - 1, count).astype(int)
+    early = slice(0, round(EARLY_S * rows.sample_rate))
+    truth = rows.responses[some, early]
+    known = known or {}
+    return Proof(
+        {
+            name: known.get(name)
+            or compare_rows(truth, answer[some, early], rows.sample_rate)
+            for name, answer in answers.items()
+        }
+    )

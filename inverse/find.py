@@ -1,0 +1,303 @@
+"""Stage by stage, from rows to what answers for the room."""
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from inverse.acoustics import Acoustics
+from inverse.bands.banded import in_half_octaves
+from inverse.blend.blend import Rest
+from inverse.blend.fallback import NearestRows
+from inverse.paths.air import at_one_temperature, logged_temperature
+from inverse.paths.long_rows import followed
+from inverse.paths.open_air import fit_open_air
+from inverse.paths.polyhedral import FittedMesh, fit_drawn, mesh_alarms
+from inverse.paths.polyhedron import Polyhedron
+from inverse.paths.recording import (
+    Settled,
+    settle_air,
+    settle_listener,
+    settle_places,
+)
+from inverse.paths.room import MOST_IMAGES
+from inverse.paths.shoebox import FittedRoom, fit_shoebox
+from inverse.rows.direct import read_direct
+from inverse.rows.fitset import FitSet
+from inverse.rows.pose_spread import pose_alarms
+from inverse.rows.suspect_rows import doubtful_rows, doubtful_words
+from inverse.walls.box import Box
+from inverse.walls.box_search import suppose_box
+from inverse.walls.convex import try_convex
+from inverse.walls.joining import join_rooms
+from inverse.walls.nearness import scanned
+from inverse.walls.opened import open_box
+from rir import GainPattern
+
+__all__ = ["hear_room"]
+
+LEAST_ROWS, LEAST_SAMPLES = 8, 64
+LEAST_CLEARNESS = 4.0
+LEAST_WALLS = 2
+JUDGED_ROWS = 60
+POOR = 0.85
+LONE, CUT, AHEAD = 0.02, 1.25, 1.1
+BELIEVED = 0.2
+PERFECT = 10 ** (-25 / 10)
+COMPLETED_ROWS, LEAST_COMPLETED, COMPLETED_SAMPLES = 300, 120, 1_000_000
+WALL_NAMES = ("low x", "high x", "low y", "high y", "low z", "high z")
+WIDE_M = 0.02
+TOLD = 0.05
+"""Part of the low sound a box may leave that is believed without direct sounds."""
+NO_DIRECT = (
+    "no direct sound stands where the poses say; check poses, their units and the "
+    "latency: no walls are looked for"
+)
+NO_PLANE = "no walls were found: nothing reflects as a plane would"
+
+
+# kernels multiply small matrices: BLAS threads cost more than they compute
+@threadpool_limits.wrap(limits=1, user_api="blas")
+def hear_room(
+    rows: FitSet,
+    *,
+    scan_rows: int = 120,
+    reach_s: float = 0.12,
+    late: bool = True,
+    listening: GainPattern | None = None,
+    shape: Polyhedron | None = None,
+    emitting: GainPattern | None = None,
+    aimed: bool | None = None,
+    pose_sd_m: float = 0.003,
+) -> Acoustics:
+    """Find the room in the rows, fit it and complete it.
+
+    Parameters
+    ----------
+    rows : FitSet
+        Measured rows.
+    scan_rows : int
+        Rows the walls are looked for in.
+    reach_s : float
+        Longest path, seconds.
+    late : bool
+        Complete the paths with a late field.
+    listening : GainPattern, optional
+        Known pattern of the listener; omnidirectional when left out.
+    shape : Polyhedron, optional
+        The room as drawn, to some centimetres; looked for blind when left out.
+    emitting : GainPattern, optional
+        Known pattern of the emitter; used where no wall is found.
+    aimed : bool, optional
+        Whether the devices differ in pattern; found out when left out.
+    pose_sd_m : float
+        Standard deviation of each stated coordinate; 0 corrects no place, metres.
+    """
+    rows = at_one_temperature(rows)
+    short = rows.cut(round(CUT * reach_s * rows.sample_rate))
+    # sound of paths that are not listed must not be taken for the source's
+    known = rows.cut(round(reach_s * rows.sample_rate))
+    settled, alarms = _fitted(known, scan_rows, reach_s, listening, shape)
+    rows, short, known = (settled.even(one) for one in (rows, short, known))
+    fitted = settled.fitted
+    if shape is None:
+        fitted, alarms = join_rooms(known, fitted, alarms, reach_s, listening)
+    if fitted is not None:
+        settled = settle_places(_sounding(known), settled.onto(fitted), pose_sd_m)
+        fitted = settled.fitted
+    patterns = listening, emitting, aimed
+    if fitted is None:
+        return _without_room(rows, alarms, late, *patterns)
+    heard = _sounding(rows)
+    fitted = followed(heard, fitted)
+    judged = heard.spread(_judged_rows(rows.n_samples))
+    judged = settled.placed(judged, fitted, pose_sd_m)
+    early = fitted.predict(judged.emitters, judged.listeners, rows.n_samples)
+    doubtful = doubtful_rows(judged, early)
+    alarms += doubtful_words(judged, doubtful)
+    judged, early = judged.rows(np.flatnonzero(~doubtful)), early[~doubtful]
+    loud = max(float((judged.responses**2).sum()), 1e-300)
+    unexplained = float(((judged.responses - early) ** 2).sum()) / loud
+    # where geometry says nothing it must not be believed
+    if unexplained > 1.0 - 0.1 * (1 - POOR):
+        alarms.append(
+            f"the {fitted.n_walls} planes found explain nothing of "
+            "the waveforms: none is believed"
+        )
+        return _without_room(rows, alarms, late, *patterns)
+    if isinstance(fitted, FittedRoom) and unexplained > PERFECT:
+        banded = in_half_octaves(short, fitted, judged.cut(short.n_samples))
+        if banded is not None:
+            fitted = banded
+            early = fitted.predict(judged.emitters, judged.listeners, rows.n_samples)
+            unexplained = float(((judged.responses - early) ** 2).sum()) / loud
+    alarms += _room_alarms(fitted, unexplained) + pose_alarms(rows)
+    if rows.n_places == 1 and unexplained > LONE:
+        alarms.append(
+            "heard from one emitter place only, and "
+            f"{100 * unexplained:.0f} % of the energy "
+            "is unexplained: a wall found may be the echo of two others; record a "
+            "second emitter place"
+        )
+    recorded = logged_temperature(rows) | settled.found
+    rest = None
+    # half octaves hold their own energies; what they leave is no late sound
+    whole = _banded(fitted) and rows.n_samples <= short.n_samples
+    if late and unexplained > (BELIEVED if whole else PERFECT):
+        late_s = _latency(fitted)
+        rest = Rest.fit(heard, judged, early, fitted, aimed=aimed, latency_s=late_s)
+        alarms += rest.alarms
+    return Acoustics(fitted, None, rest, unexplained, alarms, recorded)
+
+
+def _judged_rows(n_samples: int) -> int:
+    """Return how many rows are completed: fewer of long ones."""
+    few = COMPLETED_SAMPLES // max(n_samples, 1)
+    return int(np.clip(few, LEAST_COMPLETED, COMPLETED_ROWS))
+
+
+def _banded(fitted: FittedRoom | FittedMesh) -> bool:
+    return isinstance(fitted, FittedRoom) and fitted.banded is not None
+
+
+def _fitted(
+    rows: FitSet,
+    scan_rows: int,
+    reach_s: float,
+    listening: GainPattern | None,
+    shape: Polyhedron | None,
+) -> tuple[Settled, list[str]]:
+    if len(rows) < LEAST_ROWS or rows.n_samples < LEAST_SAMPLES:
+        return Settled(None), [
+            f"{len(rows)} responses of {rows.n_samples} samples are too few to look "
+            f"for walls in; at least {LEAST_ROWS} of {LEAST_SAMPLES} are needed"
+        ]
+    rows = _sounding(rows)
+    if len(rows) < LEAST_ROWS:
+        return Settled(None), [
+            "too few responses hold sound and stand apart from their emitter"
+        ]
+    direct = read_direct(rows)
+    clear = direct.clearness >= LEAST_CLEARNESS
+    if not clear and (shape is not None or rows.n_places > 1):
+        return Settled(None), [NO_DIRECT]
+    alarms = []
+    if shape is not None:
+        drawn, alarms = fit_drawn(rows, direct, shape, reach_s, listening)
+        if drawn is not None:
+            return _settled(rows, drawn, listening), alarms
+    scan = scanned(rows, direct, scan_rows)
+    direct = scan.direct
+    reach_m = reach_s * rows.speed_of_sound
+    convex = try_convex(rows, direct, scan.planes, reach_m, listening)
+    if convex is not None and convex.plain:
+        return _settled(rows, convex.fitted, listening), alarms
+    boxes = [box for box in scan.boxes if box.heard.sum() >= LEAST_WALLS]
+    if not boxes:
+        alarms.append(NO_PLANE if clear else NO_DIRECT)
+        return Settled(None), alarms
+    try:
+        found = suppose_box(rows, direct, boxes, scan.signals)
+        # of one loudspeaker turned away few direct sounds tell; a whole box may
+        if not clear and found.left > TOLD:
+            return Settled(None), [NO_DIRECT]
+        reach_m = _longest(rows, found.box, reach_s)
+        listed_s = reach_m / (AHEAD * rows.speed_of_sound) + direct.latency_s
+        rows = rows.cut(round(listed_s * rows.sample_rate))
+        fitted = fit_shoebox(rows, direct, found.box, reach_m, listening, found.room)
+    except np.linalg.LinAlgError:
+        alarms.append("the fit of the walls found did not come to an end")
+        return Settled(None), alarms
+    settled = _settled(rows, fitted, listening)
+    rows = settled.even(rows)
+    if isinstance(settled.fitted, FittedRoom):
+        fitted = settled.fitted
+    listening = settled.heard_by or listening
+    if convex is not None and convex.beats(rows, fitted):
+        return settled.onto(convex.fitted), alarms
+    opened = open_box(rows, direct, fitted, reach_s, listening)
+    if opened.fitted is None and found.unsure:
+        names = ", ".join(WALL_NAMES[wall] for wall in found.unsure)
+        alarms.append(
+            f"walls {names} explain little: each may be the echo of others, or stand "
+            "elsewhere"
+        )
+    return settled.onto(opened.fitted or fitted), alarms + opened.alarms
+
+
+def _settled(
+    rows: FitSet, fitted: FittedRoom | FittedMesh, listening: GainPattern | None
+) -> Settled:
+    """Return the room with the air of each block and a listener nobody stated."""
+    settled = settle_air(rows, fitted)
+    if listening is not None:
+        return settled
+    return settle_listener(settled.even(rows), settled)
+
+
+def _longest(rows: FitSet, box: Box, reach_s: float) -> float:
+    """Return the longest path worth listing, metres."""
+    volume = float(np.prod(np.minimum(box.high - box.low, 60.0)))
+    dense = (MOST_IMAGES * 3 * volume / (4 * np.pi)) ** (1 / 3)
+    return float(min(AHEAD * reach_s * rows.speed_of_sound, dense))
+
+
+def _without_room(
+    rows: FitSet,
+    alarms: list[str],
+    late: bool,
+    listening: GainPattern | None,
+    emitting: GainPattern | None,
+    aimed: bool | None,
+) -> Acoustics:
+    """Answer from direct sounds and rows, or where none is sure from rows alone."""
+    heard = _sounding(rows)
+    direct = read_direct(heard) if len(heard) >= LEAST_ROWS else None
+    if direct is None or direct.clearness < LEAST_CLEARNESS or not late:
+        alarms.append("the nearest response is answered")
+        return Acoustics(None, NearestRows.of(rows), None, 1.0, alarms)
+    try:
+        air = fit_open_air(heard, direct, listening, emitting)
+    except np.linalg.LinAlgError:
+        alarms.append("no direct sound lies within the rows: the nearest is answered")
+        return Acoustics(None, NearestRows.of(rows), None, 1.0, alarms)
+    judged = heard.spread(_judged_rows(rows.n_samples))
+    early = air.predict(judged.emitters, judged.listeners, rows.n_samples)
+    latency = direct.latency_s
+    rest = Rest.fit(heard, judged, early, air, aimed=aimed, latency_s=latency)
+    alarms += ["direct sounds, interpolated rows and late sound answer", *rest.alarms]
+    return Acoustics(air, None, rest, 1.0, alarms)
+
+
+def _sounding(rows: FitSet) -> FitSet:
+    """Return the rows that hold sound and whose ends stand apart."""
+    if rows.n_samples < LEAST_SAMPLES:
+        return rows.rows(np.arange(0))
+    power = (rows.responses**2).sum(axis=1)
+    loud = power > 1e-12 * max(float(power.max(initial=0.0)), 1e-300)
+    return rows.rows(np.flatnonzero(loud & (rows.distances > WIDE_M)))
+
+
+def _latency(fitted: FittedRoom | FittedMesh) -> float:
+    room = getattr(fitted, "room", fitted)
+    return float(getattr(room, "latency_s", 0.0))
+
+
+def _room_alarms(fitted: FittedRoom | FittedMesh, unexplained: float) -> list[str]:
+    if isinstance(fitted, FittedMesh):
+        return mesh_alarms(fitted, unexplained)
+    alarms = []
+    heard = fitted.room.box.heard
+    if not heard.all():
+        names = [WALL_NAMES[k] for k in np.flatnonzero(~heard)]
+        alarms.append(f"walls unseen by the data: {', '.join(names)}; none is invented")
+    # half octaves hold energies of sound whose waveforms nothing tells
+    if unexplained > (POOR if _banded(fitted) else BELIEVED):
+        alarms.append(
+            f"paths explain only {100 * (1 - unexplained):.0f} % of the energy: this "
+            "room is not a box, or the poses are off"
+        )
+    spread = fitted.wall_sd()
+    for wall in np.flatnonzero(heard & (spread > WIDE_M)):
+        alarms.append(
+            f"wall {WALL_NAMES[wall]} is known to {1000 * spread[wall]:.0f} mm only"
+        )
+    return alarms

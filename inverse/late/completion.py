@@ -1,0 +1,316 @@
+"""What paths leave open: late sound, gains and the alarms of the gate."""
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from inverse.blend.agreement import Agreement, bins_after
+from inverse.blend.variant_choice import settled
+from inverse.late.coherence_horizon import Doubt, predicted_coherence
+from inverse.late.energy import EnergyModel, arrival_shares
+from inverse.late.even_tail import CalmTail
+from inverse.late.features import PlaceFeatures
+from inverse.late.gate import MOST_GAIN, Gate, Held, judge
+from inverse.late.late import LateMaps, chi_square_variance
+from inverse.late.measured import Measured
+from inverse.late.spectral_tilt import colored, tint_filter
+from inverse.late.tail import Tail
+from inverse.late.tiles import Tiles
+from inverse.late.words import completion_alarms
+from inverse.names import part_of, prefixed
+from inverse.rows.fitset import FitSet
+from inverse.rows.regions import Regions, apartness
+from rir import Poses
+
+__all__ = ["Completion"]
+
+MOST_PAIR_GAIN = 4.0
+TRIMMED_ROWS, TRIMMED_SAMPLES = (60, 150), 500_000
+BEGUN = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class Completion:
+    """Complete the sound of paths, the same in both directions.
+
+    Parameters
+    ----------
+    tiles : Tiles
+        Octaves and bins.
+    model : EnergyModel
+        Energy of any pair.
+    gate : Gate
+        Which tiles the paths fill.
+    tail : Tail
+        Waveform of what the energy model fills.
+    agreement : Agreement
+        How much of each tile's energy keeps its waveform.
+    alarms : list of str
+        What a person should know.
+    finish : numpy.ndarray
+        Filter of the whole answer, shape (taps,).
+    """
+
+    tiles: Tiles
+    model: EnergyModel
+    gate: Gate
+    tail: Tail | CalmTail
+    agreement: Agreement
+    alarms: list[str] = field(default_factory=list)
+    finish: np.ndarray = field(default_factory=lambda: np.ones(1))
+
+    @classmethod
+    def fit(
+        cls,
+        fit_set: FitSet,
+        early: np.ndarray,
+        paths: Any,
+        *,
+        spatial: bool = False,
+        measured: Measured | None = None,
+        guide: np.ndarray | None = None,
+    ) -> "Completion":
+        """Learn from measured rows and what paths say of them.
+
+        Parameters
+        ----------
+        fit_set : FitSet
+            Measured rows.
+        early : numpy.ndarray
+            The paths' answer, shape (rows, n_samples); zeros without paths.
+        paths : object or None
+            The paths; their ``speed_of_sound`` and ``length_sd`` are used.
+        spatial : bool
+            Let the tail differ from place to place as in a diffuse field. The
+            default is one even waveform, which is the better guess of each.
+        measured : Measured, optional
+            What the same rows say by themselves, where that is known already.
+        guide : numpy.ndarray, optional
+            Another answer, whose energies are believed in place of the paths'.
+        """
+        known = measured or Measured.of(fit_set, paths)
+        loud = early if guide is None else guide
+        fit_set, early, loud = known.rows, early[known.kept], loud[known.kept]
+        tiles, speed, regions = known.tiles, known.speed_of_sound, known.regions
+        ends = fit_set.emitters.positions, fit_set.listeners.positions
+        held = _held(known, loud)
+        model_misfit = known.misfit
+        doubt = Doubt(walls=getattr(paths, "length_sd", None))
+        expected = predicted_coherence(tiles.centers, tiles.times, speed, doubt)
+        apart = apartness(regions(ends[0]), regions(ends[1]))
+        # Filters ring before the direct sound; what is told of that is no merit.
+        begun = arrival_shares(fit_set.distances, speed, tiles)[0][:, None] > BEGUN
+        ratio = np.where(begun, _path_ratio(held), np.nan)
+        misfit = np.where(begun, model_misfit, np.nan)
+        own = chi_square_variance(tiles.widths[:, None], tiles.bin_s)
+        gate = judge(held, expected, ratio, misfit, apart, own)
+        center = np.vstack(ends).mean(axis=0)
+        tail = _tail(spatial, 0, center, tiles, speed)
+        alarms = completion_alarms(fit_set, gate, tiles, model_misfit, regions)
+        after = bins_after(fit_set.distances, speed, tiles)
+        waves = held if guide is None else _held(known, early)
+        agreement = Agreement.fit(waves, after, apart)
+        rough = cls(tiles, known.model, gate, tail, agreement, alarms)
+        if (gate.weights == 1).all() and (gate.shares == 1).all():
+            return rough
+        most = min(
+            max(TRIMMED_SAMPLES // fit_set.n_samples, TRIMMED_ROWS[0]), TRIMMED_ROWS[1]
+        )
+        some = np.arange(0, len(fit_set), -(-len(fit_set) // most))
+        guided = None if guide is None else loud[some]
+        energies = held.measured[some]
+        return settled(rough, fit_set.rows(some), early[some], energies, guided)
+
+    def trimmed(
+        self,
+        rows: FitSet,
+        early: np.ndarray,
+        energies: np.ndarray,
+        guide: np.ndarray | None = None,
+    ) -> "Completion":
+        """Return the completion with levels put right on average.
+
+        `energies` are the rows' own, shape (rows, bands, bins).
+        """
+        rough = self._tinted(rows, early, guide)
+        told = rough.apply(early, rows.emitters, rows.listeners, guide)
+        regions = self.model.features.regions
+        ends = rows.emitters.positions, rows.listeners.positions
+        apart = apartness(regions(ends[0]), regions(ends[1]))
+        gate = self.gate.trimmed(energies, self.tiles.energies(told), apart)
+        return replace(rough, gate=gate)
+
+    def _tinted(
+        self, rows: FitSet, early: np.ndarray, guide: np.ndarray | None
+    ) -> "Completion":
+        """Return the completion with the rows' spectral shape on its tail."""
+        if not isinstance(self.tail, CalmTail):
+            return self
+        told = self.apply(early, rows.emitters, rows.listeners, guide)
+        taps = tint_filter(rows.responses, told, rows.sample_rate)
+        return replace(self, tail=replace(self.tail, tint=taps))
+
+    def apply(
+        self,
+        early: np.ndarray,
+        emitters: Poses,
+        listeners: Poses,
+        guide: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """Return completed responses, shape (rows, n_samples).
+
+        Parameters
+        ----------
+        early : numpy.ndarray
+            What the paths say, shape (rows, n_samples).
+        emitters, listeners : Poses
+            The ends.
+        guide : numpy.ndarray, optional
+            The answer whose energies are believed, where it was fitted with one.
+        """
+        first, second = emitters.positions, listeners.positions
+        regions = self.model.features.regions
+        apart = apartness(regions(first), regions(second))
+        gains, shares, weights, trims = self.gate.between(apart)
+        if (weights == 1).all() and (shares == 1).all():
+            return self.tiles.gained(early, gains)
+        reach = np.linalg.norm(first - second, axis=1)
+        after = bins_after(reach, self.model.speed_of_sound, self.tiles)
+        shares, levels = self.agreement.between(after, apart)
+        shares = np.where(weights == 1, 1.0, shares)
+        if self.agreement.steady:
+            gains = np.where(shares > weights, np.minimum(levels, MOST_GAIN), gains)
+            weights = np.maximum(weights, shares)
+            trims = 1 + (trims - 1) * (1 - shares)
+        heard = self.tiles.energies(early)
+        loud = heard if guide is None else self.tiles.energies(guide)
+        target = self._targets(loud * gains**2, first, second, weights)
+        wanted = np.exp(target) * trims**2
+        pair = np.sqrt(wanted / np.maximum(heard, 1e-2 * wanted + 1e-300))
+        pair = np.where(weights == 1, gains, np.minimum(pair, MOST_PAIR_GAIN))
+        out = self.tiles.gained(early, pair * np.sqrt(shares))
+        if (shares < 1).any():
+            late = self.agreement.calm**2 * wanted * (1 - shares)
+            out += self._tail(first, second, late)
+        return colored(out, self.finish)
+
+    def _targets(
+        self,
+        heard: np.ndarray,
+        first: np.ndarray,
+        second: np.ndarray,
+        weights: np.ndarray,
+    ) -> np.ndarray:
+        """Return log energies between the paths' and the energy model's."""
+        told = self.model(first, second, self.tiles)
+        least = np.maximum(heard, 1e-6 * np.exp(told) + 1e-300)
+        known = np.isfinite(told) & (weights < 1)
+        mixed = np.full(told.shape, -np.inf)
+        logs = np.log(least)
+        heard_of = np.where(known, told, 0.0)
+        np.add(weights * logs, (1 - weights) * heard_of, out=mixed, where=known)
+        return np.where(weights == 1, logs, mixed)
+
+    def _tail(
+        self, first: np.ndarray, second: np.ndarray, target: np.ndarray
+    ) -> np.ndarray:
+        """Return late sound with the energies of the tiles."""
+        if isinstance(self.tail, CalmTail):
+            return self.tail.brought(first, second, self.tiles, target)
+        sound = self.tail(first, second)
+        brought = self.tiles.energies(sound)
+        # A bin that the direct sound cuts holds too little sound to be scaled.
+        least = 0.5 * np.median(brought, axis=-1, keepdims=True) + 1e-300
+        gains = np.sqrt(target / np.maximum(brought, least))
+        return self.tiles.gained(sound, gains)
+
+    def as_arrays(self) -> dict[str, np.ndarray]:
+        """Return everything as plain arrays, for a file."""
+        model, regions = self.model, self.model.features.regions
+        slopes = max(len(one.rates) for one in model.maps)
+        return {
+            "sample_rate": np.array(self.tiles.sample_rate),
+            "n_samples": np.array(self.tiles.n_samples),
+            "rates": _padded([one.rates for one in model.maps], slopes),
+            "level": np.array([one.level for one in model.maps]),
+            "shares": _padded([one.shares for one in model.maps], slopes - 1),
+            "profiles": model.profiles,
+            "bumps": model.features.centers,
+            "spacing": np.array(model.features.spacing),
+            "region_places": regions.places,
+            "region_shares": regions.shares,
+            "region_boxes": regions.boxes,
+            "speed_of_sound": np.array(model.speed_of_sound),
+            "gate_gains": self.gate.gains,
+            "gate_shares": self.gate.shares,
+            "gate_weights": self.gate.weights,
+            "gate_coherence": self.gate.coherence,
+            "gate_trims": self.gate.trims,
+            **prefixed("agreement", self.agreement.as_arrays()),
+            "tail_seed": np.array(self.tail.seed),
+            "tail_center": self.tail.center,
+            "tail_spatial": np.array(isinstance(self.tail, Tail)),
+            "tail_tint": getattr(self.tail, "tint", np.ones(1)),
+            "alarms": np.array(self.alarms, dtype=str),
+            "finish": self.finish,
+        }
+
+    @classmethod
+    def from_arrays(cls, arrays: dict[str, np.ndarray]) -> "Completion":
+        """Rebuild what :meth:`as_arrays` returned."""
+        tiles = Tiles(float(arrays["sample_rate"]), int(arrays["n_samples"]))
+        regions = Regions(
+            arrays["region_places"], arrays["region_shares"], arrays["region_boxes"]
+        )
+        features = PlaceFeatures(arrays["bumps"], float(arrays["spacing"]), regions)
+        maps = []
+        for rates, level, shares in zip(
+            arrays["rates"], arrays["level"], arrays["shares"], strict=True
+        ):
+            count = int(np.isfinite(rates).sum())
+            maps.append(LateMaps(rates[:count], level, shares[: count - 1]))
+        speed = float(arrays["speed_of_sound"])
+        model = EnergyModel(tuple(maps), arrays["profiles"], features, speed)
+        gate = Gate(*(arrays[f"gate_{name}"] for name in _GATE))
+        agreement = Agreement.from_arrays(part_of(arrays, "agreement"))
+        center, seed = arrays["tail_center"], int(arrays["tail_seed"])
+        spatial = bool(arrays["tail_spatial"])
+        tail = _tail(spatial, seed, center, tiles, speed)
+        if isinstance(tail, CalmTail):
+            tail = replace(tail, tint=arrays["tail_tint"])
+        alarms = [str(one) for one in arrays["alarms"]]
+        return cls(tiles, model, gate, tail, agreement, alarms, arrays["finish"])
+
+
+def _tail(
+    spatial: bool, seed: int, center: np.ndarray, tiles: Tiles, speed: float
+) -> Tail | CalmTail:
+    shape = seed, center, tiles.sample_rate / speed, tiles.n_samples
+    return Tail(*shape) if spatial else CalmTail(*shape, tiles.sample_rate)
+
+
+def _padded(rows: list[np.ndarray], length: int) -> np.ndarray:
+    """Stack arrays of unequal length along their first axis, NaN behind."""
+    out = np.full((len(rows), length, *rows[0].shape[1:]), np.nan)
+    for filled, row in zip(out, rows, strict=True):
+        filled[: len(row)] = row
+    return out
+
+
+def _held(known: Measured, told: np.ndarray) -> Held:
+    if not told.any():
+        nothing = np.zeros_like(known.energies)
+        return Held(known.energies, nothing, nothing, nothing)
+    return Held(known.energies, *known.tiles.compared(known.rows.responses, told))
+
+
+def _path_ratio(held: Held) -> np.ndarray:
+    """Return log ratios of measured energies to the paths', NaN if unknown."""
+    known = (held.measured > 0) & (held.told > 1e-6 * held.measured)
+    ratio = np.full(known.shape, np.nan)
+    np.divide(held.measured, held.told, out=ratio, where=known)
+    return np.log(ratio, out=ratio, where=known)
+
+
+_GATE = ("gains", "shares", "weights", "coherence", "trims")

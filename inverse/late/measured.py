@@ -1,0 +1,114 @@
+"""What measured rows say of late sound, whatever paths say of it."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from inverse.late.energy import EnergyModel
+from inverse.late.features import PlaceFeatures
+from inverse.late.tiles import Tiles
+from inverse.paths.open_air import free_levels
+from inverse.rows.fitset import FitSet
+from inverse.rows.regions import Regions, find_regions, sight_bits
+
+__all__ = ["Measured", "log_misfit"]
+
+MOST_ROWS, LEAST_ROWS = 400, 120
+MOST_SAMPLES = 1_000_000
+MOST_FOLDS = 5
+LEAST_PER_FOLD = 6
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """Hold energies of rows and a model of them.
+
+    Parameters
+    ----------
+    rows : FitSet
+        Those that speak.
+    kept : numpy.ndarray
+        Their numbers in the set they come from.
+    tiles : Tiles
+        Octaves and bins.
+    speed_of_sound : float
+        Metres per second.
+    regions : Regions
+        Rooms of the space.
+    energies : numpy.ndarray
+        Shape (rows, bands, bins).
+    model : EnergyModel
+        Energy of any pair.
+    misfit : numpy.ndarray
+        Log energy errors of such a model at emitters left out.
+    """
+
+    rows: FitSet
+    kept: np.ndarray
+    tiles: Tiles
+    speed_of_sound: float
+    regions: Regions
+    energies: np.ndarray
+    model: EnergyModel
+    misfit: np.ndarray
+
+    @classmethod
+    def of(cls, rows: FitSet, paths: Any) -> "Measured":
+        """Learn energies of rows; `paths` tell the speed of sound and free levels."""
+        most = int(np.clip(MOST_SAMPLES // rows.n_samples, LEAST_ROWS, MOST_ROWS))
+        kept = np.arange(len(rows))
+        if len(rows) > most:
+            kept = _spread_rows(rows, most)
+            rows = rows.rows(kept)
+        speed = float(getattr(paths, "speed_of_sound", rows.speed_of_sound))
+        tiles = Tiles(rows.sample_rate, rows.n_samples)
+        ends = rows.emitters.positions, rows.listeners.positions
+        free = free_levels(paths, rows.emitters, rows.listeners)
+        timing = rows.distances, rows.sample_rate, speed
+        regions = find_regions(*ends, sight_bits(rows.responses, *timing, free))
+        features = PlaceFeatures.of(np.vstack(ends), regions)
+        energies = tiles.energies(rows.responses)
+        model = EnergyModel.fit(energies, *ends, tiles, features, speed)
+        misfit = _left_out(energies, rows, tiles, features, model)
+        return cls(rows, kept, tiles, speed, regions, energies, model, misfit)
+
+
+def log_misfit(energies: np.ndarray, told: np.ndarray) -> np.ndarray:
+    """Return logs of energies less what is told of them; NaN where unknown."""
+    known = (energies > 0) & np.isfinite(told)
+    log = np.full(known.shape, np.nan)
+    np.log(energies, out=log, where=known)
+    return log - np.where(known, told, 0.0)
+
+
+def _spread_rows(rows: FitSet, count: int) -> np.ndarray:
+    """Return rows drawn evenly over emitters."""
+    order = np.argsort(rows.places, kind="stable")
+    picked = order[np.linspace(0, len(order) - 1, count).astype(int)]
+    return np.sort(picked)
+
+
+def _left_out(
+    energies: np.ndarray,
+    rows: FitSet,
+    tiles: Tiles,
+    features: PlaceFeatures,
+    model: EnergyModel,
+) -> np.ndarray:
+    """Return log energy errors of the energy model at emitters left out."""
+    ends = rows.emitters.positions, rows.listeners.positions
+    misfit = log_misfit(energies, model(*ends, tiles))
+    places = np.unique(rows.places)
+    if len(places) < 2 or len(rows) < LEAST_PER_FOLD * 2:
+        return misfit
+    for fold in range(min(len(places), MOST_FOLDS)):
+        out = rows.places % MOST_FOLDS == fold
+        if out.all() or not out.any():
+            continue
+        there = ends[0][~out], ends[1][~out]
+        speed = model.speed_of_sound
+        one = EnergyModel.fit(energies[~out], *there, tiles, features, speed)
+        told = one(ends[0][out], ends[1][out], tiles)
+        misfit[out] = log_misfit(energies[out], told)
+    return misfit

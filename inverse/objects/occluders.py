@@ -1,0 +1,143 @@
+"""What stands in the way of paths: voxels that keep sound, alike from both ends."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inverse.bands.half_octaves import Kernels
+from rir import Poses
+
+if TYPE_CHECKING:
+    from inverse.bands.banded_room import BandedRoom
+    from inverse.walls.box import Box
+
+__all__ = ["Occluders", "voxels_of"]
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+VOXEL_M, MOST_VOXELS, SHADED_ORDER = 0.25, 20000, 3
+LEAST_VOXELS = 4
+SOLID = 0.35
+"""Share of what most voxels in the way keep that makes a voxel solid."""
+
+
+def voxels_of(box: "Box") -> NDArray[np.int64]:
+    """Return how many voxels a box holds along each of its axes."""
+    size = box.high - box.low
+    edge = max(VOXEL_M, float(np.prod(size) / MOST_VOXELS) ** (1 / 3))
+    return np.maximum(np.round(size / edge), 1).astype(np.int64)
+
+
+@dataclass(frozen=True, eq=False)
+class Occluders:
+    """Hold voxels of a box, x slowest, and what a metre through each keeps.
+
+    Parameters
+    ----------
+    shape : ndarray of int, shape (3,)
+        Voxels along each axis.
+    hertz : ndarray, shape (groups,)
+        Middles of the bands that were heard.
+    depths : ndarray, shape (groups, voxels)
+        Nepers a metre.
+    """
+
+    shape: NDArray[np.int64]
+    hertz: FloatArray
+    depths: FloatArray
+
+    @cached_property
+    def solid(self) -> NDArray[np.bool_]:
+        """Whether each voxel is in the way, shape (nx, ny, nz)."""
+        mean = self.depths.mean(axis=0)
+        if not (mean > 0).any():
+            return np.zeros(self.shape, dtype=bool)
+        least = SOLID * float(np.quantile(mean[mean > 0.1 * mean.max()], 0.9))
+        return (mean > least).reshape(self.shape)
+
+    def blocks(self, box: "Box") -> list[tuple[FloatArray, FloatArray]]:
+        """Return low and high corner of each block, in the frame of the box.
+
+        Corners are relative to the box's origin; voxels that share a face are one
+        block, and lone ones none.
+        """
+        from scipy.ndimage import find_objects, label
+
+        step = (box.high - box.low) / self.shape
+        numbers, _ = label(self.solid)  # type: ignore[misc]
+        found = []
+        for number, where in enumerate(find_objects(numbers), start=1):
+            if (numbers[where] == number).sum() < LEAST_VOXELS:
+                continue
+            low = np.array([part.start for part in where])
+            high = np.array([part.stop for part in where])
+            found.append((box.low + low * step, box.low + high * step))
+        return found
+
+    def banded(self, centers: FloatArray) -> FloatArray:
+        """Return nepers a metre at other frequencies, shape (bands, voxels).
+
+        Shadows fade towards low frequencies with the root of the frequency.
+        """
+        where = np.interp(np.log(centers), np.log(self.hertz), range(len(self.hertz)))
+        low = where.astype(int)
+        high = np.minimum(low + 1, len(self.hertz) - 1)
+        part = (where - low)[:, None]
+        depths = (1 - part) * self.depths[low] + part * self.depths[high]
+        return depths * np.minimum(np.sqrt(centers / self.hertz[0]), 1.0)[:, None]
+
+    def add(
+        self,
+        banded: "BandedRoom",
+        emitters: Poses,
+        listeners: Poses,
+        kernels: Kernels,
+        chosen: NDArray[np.bool_],
+        out: ComplexArray,
+    ) -> None:
+        """Take what is kept from the `chosen` bands of (rows, total) envelopes."""
+        from inverse.objects.occlusion_kernel import add_shadows
+
+        room = banded.room
+        add: Any = add_shadows
+        add(
+            *room.ends(emitters, listeners),
+            *room.geometry(banded.grid.n_samples),
+            banded.walls,
+            banded.angled,
+            banded.loss,
+            banded.emitting,
+            banded.listening,
+            room.least,
+            min(room.order, SHADED_ORDER),
+            kernels.starts,
+            kernels.lengths,
+            kernels.turns,
+            kernels.rates,
+            kernels.taps,
+            kernels.widths,
+            chosen,
+            (room.box.high - room.box.low) / self.shape,
+            self.shape,
+            self.banded(banded.grid.centers),
+            out,
+        )
+
+    def as_arrays(self) -> dict[str, np.ndarray]:
+        """Return plain arrays, for a file."""
+        return {
+            "voxels": self.shape,
+            "voxel_hertz": self.hertz,
+            "voxel_depths": self.depths,
+        }
+
+    @classmethod
+    def from_arrays(cls, arrays: dict[str, Any]) -> "Occluders | None":
+        """Take out of `arrays` what :meth:`as_arrays` put in, if it did."""
+        if "voxels" not in arrays:
+            return None
+        names = "voxels", "voxel_hertz", "voxel_depths"
+        return cls(*(arrays.pop(name) for name in names))

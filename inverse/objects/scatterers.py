@@ -1,0 +1,88 @@
+"""Small objects in a box: points that send on what reaches them."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inverse.bands.half_octaves import Kernels
+from rir import Poses
+
+if TYPE_CHECKING:
+    from inverse.bands.banded_room import BandedRoom
+
+__all__ = ["Scatterers"]
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class Scatterers:
+    """Hold points that scatter alike to all sides, so that ends may be exchanged.
+
+    Parameters
+    ----------
+    points : ndarray, shape (points, 3)
+        Where they stand in the room, metres.
+    gains : ndarray, shape (bands, points)
+        Complex amplitude at 1 m of a wave of amplitude 1, metres.
+    """
+
+    points: FloatArray
+    gains: ComplexArray
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    @classmethod
+    def none(cls, bands: int) -> "Scatterers":
+        """Return no points."""
+        return cls(np.zeros((0, 3)), np.zeros((bands, 0), dtype=np.complex128))
+
+    def add(
+        self,
+        banded: "BandedRoom",
+        emitters: Poses,
+        listeners: Poses,
+        kernels: Kernels,
+        chosen: NDArray[np.bool_],
+        out: ComplexArray,
+    ) -> None:
+        """Add what the points send on to the `chosen` bands of (rows, total)."""
+        from inverse.objects.scatter_kernel import add_points
+
+        if not len(self):
+            return
+        room = banded.room
+        add: Any = add_points
+        add(
+            *room.ends(emitters, listeners),
+            *room.geometry(banded.grid.n_samples),
+            banded.walls,
+            banded.angled,
+            banded.loss,
+            banded.emitting,
+            banded.listening,
+            room.box.inside(self.points),
+            np.where(chosen[:, None], self.gains, 0.0),
+            kernels.starts,
+            kernels.lengths,
+            kernels.turns,
+            kernels.rates,
+            kernels.taps,
+            kernels.widths,
+            out,
+        )
+
+    def as_arrays(self) -> dict[str, np.ndarray]:
+        """Return plain arrays, for a file."""
+        return {"points": self.points, "gains": self.gains}
+
+    @classmethod
+    def from_arrays(cls, arrays: dict[str, Any]) -> "Scatterers | None":
+        """Take out of `arrays` what :meth:`as_arrays` put in, if it did."""
+        if "points" not in arrays:
+            return None
+        return cls(arrays.pop("points"), arrays.pop("gains"))

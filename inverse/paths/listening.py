@@ -1,0 +1,129 @@
+"""The listener's pattern, where nobody stated it and it is not alike all round."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inverse.paths.polyhedral import FittedMesh
+from inverse.paths.resumed import resumed
+from inverse.paths.room import OMNI
+from inverse.paths.shoebox import FittedRoom, without_slow
+from inverse.rows.fitset import FitSet
+from inverse.walls.opened import left_over
+from rir import GainPattern, Poses
+
+__all__ = ["Listening", "hear_listener", "pattern_of"]
+
+FloatArray = NDArray[np.float64]
+ORDER, FITTED_ROWS, FRESH_ROWS = 2, 60, 60
+ROUNDS = 4
+LEFT = 3e-3
+"""Where paths leave less than this, the listener hears alike all round."""
+WORTH, HOPEFUL = 0.9, 0.97
+TURNED_DEG = 15.0
+RIDGE = 1e-4
+LEAST_LEVEL = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Listening:
+    """Hold a room with its listener's pattern; `found` if that is not the old one."""
+
+    fitted: FittedRoom | FittedMesh
+    found: bool
+
+
+def hear_listener(rows: FitSet, fitted: FittedRoom | FittedMesh) -> Listening:
+    """Fit the listener's pattern in turns with walls and emitter.
+
+    Taken only where listeners were turned, and rows that were not fitted are told
+    better by a tenth of what was left.
+    """
+    none = Listening(fitted, False)
+    if len(rows) < FITTED_ROWS + FRESH_ROWS // 2 or not _turned(rows.listeners):
+        return none
+    few = rows.spread(FITTED_ROWS)
+    fresh = rows.spread_rest(FITTED_ROWS).spread(FRESH_ROWS)
+    before = left_over(fresh, fitted)
+    if before < LEFT:
+        return none
+    tried, last = fitted, before
+    for turn in range(ROUNDS):
+        better = _with_pattern(few, tried)
+        if turn == 0 and left_over(fresh, better) > HOPEFUL * before:
+            return none
+        try:
+            better = resumed(rows, better, count=FITTED_ROWS, turns=1)
+        except np.linalg.LinAlgError:
+            return none
+        left = left_over(fresh, better)
+        if left < last:
+            tried, gain, last = better, left / last, left
+            if gain > HOPEFUL:
+                break
+        else:
+            break
+    if last > WORTH * before:
+        return none
+    return Listening(tried, True)
+
+
+def pattern_of(fitted: FittedRoom | FittedMesh) -> GainPattern:
+    """Return the listener's pattern of a fitted room."""
+    return GainPattern(fitted.room.listening[None], np.array([1000.0]))
+
+
+def _turned(listeners: Poses) -> bool:
+    """Return whether listeners look into different directions."""
+    x, y, z, w = listeners.orientations.T
+    ahead = np.stack(
+        [1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)]
+    )
+    spread = ahead.T @ ahead.mean(axis=1)
+    return bool(
+        np.linalg.norm(ahead.mean(axis=1)) < np.cos(np.radians(TURNED_DEG))
+    ) or (bool(spread.min() < np.cos(np.radians(2 * TURNED_DEG))))
+
+
+def _with_pattern(
+    rows: FitSet, fitted: FittedRoom | FittedMesh
+) -> FittedRoom | FittedMesh:
+    """Solve for the listener's pattern, all else as it stands."""
+    count = (ORDER + 1) ** 2
+    weight = 1 / np.sqrt(np.maximum((rows.responses**2).sum(axis=1), 1e-300))
+    columns = np.empty((count, rows.responses.size))
+    for k in range(count):
+        told = _heard_by(rows, fitted, np.eye(count)[k])
+        quick = without_slow(told, rows.sample_rate)
+        columns[k] = (quick * weight[:, None]).ravel()
+    target = without_slow(rows.responses, rows.sample_rate) * weight[:, None]
+    square = columns @ columns.T
+    old = np.zeros(count)
+    kept = fitted.room.listening[:count]
+    old[: len(kept)] = kept
+    ridge = RIDGE * float(np.trace(square)) / count
+    right = columns @ target.ravel() + ridge * old
+    found = np.linalg.solve(square + ridge * np.eye(count), right)
+    level = float(found[0] / OMNI[0])
+    if level < LEAST_LEVEL:
+        return fitted
+    # one of the two levels is free: the emitter keeps it
+    room = replace(
+        fitted.room,
+        listening=np.ascontiguousarray(found / level),
+        emitting=fitted.room.emitting * level,
+    )
+    return _with_room(fitted, room)
+
+
+def _heard_by(
+    rows: FitSet, fitted: FittedRoom | FittedMesh, pattern: FloatArray
+) -> FloatArray:
+    room = replace(fitted.room, listening=np.ascontiguousarray(pattern))
+    heard = _with_room(fitted, room)
+    return heard.predict(rows.emitters, rows.listeners, rows.n_samples)
+
+
+def _with_room(fitted, room) -> FittedRoom | FittedMesh:
+    return replace(fitted, room=room)

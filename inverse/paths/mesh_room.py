@@ -1,0 +1,112 @@
+"""A room of flat faces as the path field knows it; the peer of `BoxRoom`."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inverse.paths.bank import PulseBank
+from inverse.paths.path_list import PathList, list_paths
+from inverse.paths.polyhedron import Polyhedron
+from inverse.paths.room import turns_of
+from rir import Poses
+
+__all__ = ["MeshRoom"]
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class MeshRoom:
+    """Hold everything that renders the mirror paths of a room of flat faces.
+
+    Parameters
+    ----------
+    shape : Polyhedron
+        The faces.
+    speed_of_sound, latency_s : float
+        Metres per second; seconds before every arrival.
+    walls : ndarray, shape (P,)
+        Reflection factor of each plane.
+    emitting, listening : ndarray, shape (harmonics,)
+        Patterns of the two devices, in their own frames.
+    bank : PulseBank
+        Shape of an arrival.
+    sample_rate : float
+        Hertz.
+    order : int
+        Most reflections of a path.
+    reach_m : float
+        Longest path.
+    paths : PathList, optional
+        Paths of the rows being fitted, kept while their geometry moves little.
+    """
+
+    shape: Polyhedron
+    speed_of_sound: float
+    latency_s: float
+    walls: FloatArray
+    emitting: FloatArray
+    listening: FloatArray
+    bank: PulseBank
+    sample_rate: float
+    order: int = 12
+    reach_m: float = 40.0
+    paths: PathList | None = None
+
+    @property
+    def scale(self) -> float:
+        """Samples a metre."""
+        return self.sample_rate / self.speed_of_sound
+
+    def render(
+        self,
+        emitters: Poses,
+        listeners: Poses,
+        n_samples: int,
+        bank: PulseBank | None = None,
+    ) -> FloatArray:
+        """Return the sum of all paths, shape (rows, n_samples)."""
+        from inverse.paths.mesh_kernel import lay_paths, render_paths
+
+        chosen = bank or self.bank
+        ends = emitters.positions, listeners.positions
+        paths = self.paths or self.listed(*ends, n_samples)
+        count = len(paths.order)
+        laid = np.empty(count), np.empty((count, 3)), np.empty((count, 3))
+        lay_paths(*ends, paths.row, paths.order, paths.walls, self.shape.planes, *laid)
+        out = np.zeros((len(emitters), n_samples))
+        render_paths(
+            paths.row,
+            paths.order,
+            paths.walls,
+            *laid,
+            turns_of(emitters, np.eye(3)),
+            turns_of(listeners, np.eye(3)),
+            self.scale,
+            self.latency_s * self.sample_rate,
+            self.walls,
+            self.emitting,
+            self.listening,
+            chosen.taps,
+            chosen.lead,
+            out,
+        )
+        return out
+
+    def listed(
+        self, emitters: FloatArray, listeners: FloatArray, n_samples: int
+    ) -> PathList:
+        """Return the paths of rows that arrive within so many samples."""
+        end = n_samples / self.scale - self.latency_s * self.speed_of_sound
+        reach = min(self.reach_m, end + self.bank.lead / self.scale)
+        return list_paths(self.shape, emitters, listeners, self.order, max(reach, 0.1))
+
+    def holding(self, emitters: Poses, listeners: Poses, n_samples: int) -> "MeshRoom":
+        """Return the room with the paths of these rows kept."""
+        paths = self.listed(emitters.positions, listeners.positions, n_samples)
+        return replace(self, paths=paths)
+
+    def free(self) -> "MeshRoom":
+        """Return the room that looks for the paths of any rows."""
+        return replace(self, paths=None)

@@ -1,0 +1,322 @@
+"""From a room of flat faces, roughly known, to a fitted one."""
+
+import json
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inverse.paths.bank import PulseBank, ideal_bank
+from inverse.paths.bent import bends, bent_sound
+from inverse.paths.coloring import Coloring
+from inverse.paths.mesh_fit import (
+    MeshStep,
+    PlaneFit,
+    family_sd,
+    fit_planes,
+    squared_errors,
+)
+from inverse.paths.mesh_room import MeshRoom
+from inverse.paths.polish import polished, without_coloring
+from inverse.paths.polyhedron import Polyhedron
+from inverse.paths.room import OMNI
+from inverse.paths.shoebox import _below, _pattern_size
+from inverse.rows.direct import DirectSound
+from inverse.rows.fitset import FitSet
+from rir import GainPattern, Poses
+
+__all__ = ["FittedMesh", "fit_drawn", "fit_polyhedron", "mesh_alarms"]
+
+FloatArray = NDArray[np.float64]
+STAGES = (
+    MeshStep(1500.0, 1, 4, pattern=False),
+    MeshStep(3000.0, 2, 4),
+    MeshStep(6000.0, 4, 3),
+)
+LOW_ROWS, FULL_ROWS = 60, 40
+FIRST_FACTOR = 0.8
+MOST_ORDER = 16
+ORDERS = (5, 9, MOST_ORDER)
+ROUNDS = 2
+JUDGED_ROWS = 40
+WORTH_BENDING = 0.98
+WRONG, DOUBTFUL = 1.0, 0.85
+WIDE_M = 0.02
+MOST_FACES = 4000
+
+
+@dataclass(frozen=True, eq=False)
+class FittedMesh:
+    """Hold a room of flat faces and how it was fitted.
+
+    Parameters
+    ----------
+    room : MeshRoom
+        The room.
+    coloring : Coloring
+        The slow part of the source.
+    plane_sd : ndarray, shape (P,)
+        Standard deviation of each plane's place, metres; NaN where it was not
+        moved.
+    bending : bool
+        Whether sound bends around edges.
+    family_sd : dict
+        Standard deviation of each kind of parameter.
+    """
+
+    room: MeshRoom
+    coloring: Coloring
+    plane_sd: FloatArray
+    bending: bool = False
+    family_sd: dict[str, float] = field(default_factory=dict)
+
+    def predict(self, emitters: Poses, listeners: Poses, n_samples: int) -> FloatArray:
+        """Return all paths' sound, shape (rows, n_samples)."""
+        render = partial(self._plain, emitters, listeners)
+        return self.coloring.heard(render, n_samples)
+
+    def _plain(self, emitters: Poses, listeners: Poses, n_samples: int) -> FloatArray:
+        plain = self.room.render(emitters, listeners, n_samples)
+        if self.bending:
+            plain += bent_sound(self.room, emitters, listeners, n_samples)
+        return plain
+
+    @property
+    def n_walls(self) -> int:
+        """Number of planes."""
+        return len(self.room.walls)
+
+    @property
+    def speed_of_sound(self) -> float:
+        """Metres per second, fitted."""
+        return self.room.speed_of_sound
+
+    def length_sd(self, lengths: FloatArray) -> FloatArray:
+        """Return the standard deviation of paths of given lengths, metres.
+
+        Each bounce adds a wall's error; bounces grow with length over the mean
+        free path of the room.
+        """
+        shape = self.room.shape
+        known = self.plane_sd[np.isfinite(self.plane_sd)]
+        spread = float(known.mean()) if len(known) else 0.0
+        volume = max(float(shape.mesh.volume), 1e-3)
+        free = 4 * volume / max(float(shape.areas.sum()), 1e-3)
+        bounces = np.asarray(lengths) / max(free, 0.1)
+        return 1.16 * spread * bounces / np.sqrt(6)
+
+    def report(self) -> dict[str, Any]:
+        """Return what was found, in plain values."""
+        room = self.room
+        return {
+            "walls": len(room.walls),
+            "planes": room.shape.planes.tolist(),
+            "plane_sd_m": [float(one) for one in self.plane_sd],
+            "reflection": room.walls.tolist(),
+            "speed_of_sound": float(room.speed_of_sound),
+            "latency_s": float(room.latency_s),
+            "volume_m3": float(room.shape.mesh.volume),
+            "sd": dict(self.family_sd),
+        }
+
+    def as_arrays(self) -> dict[str, Any]:
+        """Return everything as plain arrays, for a file."""
+        room = self.room
+        return {
+            **{name: getattr(room, name) for name in _SCALARS},
+            **{name: getattr(room, name) for name in _ARRAYS},
+            **{name: getattr(room.shape, name) for name in _SHAPE},
+            "order": room.order,
+            "taps": room.bank.taps,
+            "lead": room.bank.lead,
+            "coloring": self.coloring.factors,
+            "plane_sd": self.plane_sd,
+            "bending": self.bending,
+            "family_sd": json.dumps(self.family_sd),
+        }
+
+    @classmethod
+    def from_arrays(cls, arrays: dict[str, np.ndarray]) -> "FittedMesh":
+        """Rebuild what :meth:`as_arrays` returned."""
+        scalars: dict[str, Any] = {name: float(arrays[name]) for name in _SCALARS}
+        room = MeshRoom(
+            shape=Polyhedron(**{name: arrays[name] for name in _SHAPE}),
+            bank=PulseBank(arrays["taps"], int(arrays["lead"])),
+            order=int(arrays["order"]),
+            **{name: arrays[name] for name in _ARRAYS},
+            **scalars,
+        )
+        coloring = Coloring(arrays["coloring"], scalars["sample_rate"])
+        bending = bool(arrays.get("bending", False))
+        spread = json.loads(str(arrays.get("family_sd", "{}")))
+        return cls(room, coloring, arrays["plane_sd"], bending, spread)
+
+
+_SCALARS = ("speed_of_sound", "latency_s", "sample_rate", "reach_m")
+_ARRAYS = ("walls", "emitting", "listening")
+_SHAPE = ("planes", "vertices", "faces", "plane_of")
+
+
+def fit_polyhedron(
+    rows: FitSet,
+    direct: DirectSound,
+    shape: Polyhedron,
+    reach_m: float = 40.0,
+    listening: GainPattern | None = None,
+) -> FittedMesh:
+    """Fit planes, air, devices and pulse of a room of flat faces to rows.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        If the equations cannot be solved.
+    """
+    room = replace(_start(rows, direct, shape), reach_m=reach_m)
+    if listening is not None:
+        room = replace(room, listening=listening.coefficients.mean(axis=0))
+    few = rows.spread(LOW_ROWS)
+    for step in STAGES:
+        if 2.4 * step.edge_hz <= rows.sample_rate:
+            room = staged(few, room, step).room
+    few = rows.spread(FULL_ROWS)
+    room = replace(room, order=MOST_ORDER, bank=ideal_bank(36))
+    whole = MeshStep(0.5 * rows.sample_rate, MOST_ORDER, 2)
+    coloring = Coloring.none(rows.sample_rate)
+    room = _with_right_order(few, room)
+    fitted = fit_planes(few, _holding(few, room), whole, few.responses)
+    few, bending = _without_bent(few, fitted.room)
+    for turn in range(ROUNDS):
+        coloring, room = polished(few, fitted.room, coloring, turn, _total)
+        fitted = replace(fitted, room=room)
+        if turn < ROUNDS - 1:
+            rest = without_coloring(few, fitted.room, coloring)
+            room = _holding(few, fitted.room)
+            fitted = fit_planes(few, room, whole, rest)
+    spread = family_sd(fitted)
+    return FittedMesh(fitted.room.free(), coloring, fitted.plane_sd(), bending, spread)
+
+
+def _without_bent(rows: FitSet, room: MeshRoom) -> tuple[FitSet, bool]:
+    """Take the sound bent around edges out of rows, where it explains some."""
+    if not bends(room):
+        return rows, False
+    bent = bent_sound(room, rows.emitters, rows.listeners, rows.n_samples)
+    rest = rows.responses - bent
+    if _total(rows, room, rest) > WORTH_BENDING * _total(rows, room, rows.responses):
+        return rows, False
+    return replace(rows, responses=rest), True
+
+
+def fit_drawn(
+    rows: FitSet,
+    direct: DirectSound,
+    shape: Polyhedron,
+    reach_s: float,
+    listening: GainPattern | None = None,
+) -> tuple[FittedMesh | None, list[str]]:
+    """Fit a room as it was drawn; None, and why, if it is not where rows are from."""
+    said = "; walls are looked for in the responses instead"
+    if len(shape.faces) > MOST_FACES:
+        return None, [
+            f"the room's mesh has {len(shape.faces)} triangles, more than "
+            f"{MOST_FACES}: give a simpler one{said}"
+        ]
+    ends = np.concatenate([rows.emitters.positions, rows.listeners.positions])
+    outside = shape.mesh.outside(ends)
+    if outside.mean() > 0.1:
+        return None, [
+            f"{100 * outside.mean():.0f} % of the poses stand outside the room as "
+            f"drawn: their coordinates differ{said}"
+        ]
+    try:
+        fitted = fit_polyhedron(
+            rows, direct, shape, reach_s * rows.speed_of_sound, listening
+        )
+    except np.linalg.LinAlgError:
+        return None, [f"the fit of the room as drawn did not come to an end{said}"]
+    few = rows.spread(JUDGED_ROWS)
+    told = fitted.predict(few.emitters, few.listeners, few.n_samples)
+    left = float(((few.responses - told) ** 2).sum() / (few.responses**2).sum())
+    if not left < WRONG:
+        return None, [f"the room as drawn explains nothing of the responses{said}"]
+    return fitted, []
+
+
+def mesh_alarms(fitted: FittedMesh, unexplained: float) -> list[str]:
+    """Return what a person should know of a room of flat faces."""
+    alarms = []
+    if unexplained > DOUBTFUL:
+        alarms.append(
+            f"paths explain only {100 * (1 - unexplained):.0f} % of the energy: the "
+            "room has other walls than these, or the poses are off"
+        )
+    unheard = int(np.isnan(fitted.plane_sd).sum())
+    if unheard:
+        alarms.append(
+            f"{unheard} of {fitted.n_walls} planes are met by too few paths to be "
+            "checked; they stand as drawn"
+        )
+    for wall in np.flatnonzero(fitted.plane_sd > WIDE_M):
+        alarms.append(
+            f"plane {wall + 1} is known to {1000 * fitted.plane_sd[wall]:.0f} mm only"
+        )
+    return alarms
+
+
+def staged(rows: FitSet, room: MeshRoom, step: MeshStep) -> PlaneFit:
+    """Fit a room to the low part of rows, with paths of low order."""
+    share = min(2 * step.edge_hz / rows.sample_rate, 1.0)
+    bank = ideal_bank(2 * int(np.ceil(8 / share)), share)
+    heard = _below(rows.responses, share)
+    moved = _holding(rows, replace(room, bank=bank, order=step.order))
+    return fit_planes(rows, moved, step, heard)
+
+
+def _start(rows: FitSet, direct: DirectSound, shape: Polyhedron) -> MeshRoom:
+    peak = direct.pulse[int(np.argmax(np.abs(direct.pulse)))]
+    emitting = np.zeros(_pattern_size(rows))
+    emitting[0] = np.sqrt(4 * np.pi) * (peak or 1.0)
+    return MeshRoom(
+        shape,
+        rows.speed_of_sound,
+        direct.latency_s,
+        np.full(len(shape.planes), FIRST_FACTOR),
+        emitting,
+        OMNI.copy(),
+        ideal_bank(36),
+        rows.sample_rate,
+    )
+
+
+def _holding(rows: FitSet, room: MeshRoom) -> MeshRoom:
+    return room.free().holding(rows.emitters, rows.listeners, rows.n_samples)
+
+
+def _with_right_order(rows: FitSet, room: MeshRoom) -> MeshRoom:
+    """Stop at the order where the sound stops, as simulators do.
+
+    The last order is the one that leaves the smallest error; deeper trees are
+    only grown while more order helps.
+    """
+    best, errors, most = 1, [0.0], ORDERS[0]
+    for most in ORDERS:
+        held = _holding(rows, replace(room, order=most))
+        paths = held.paths
+        if paths is None:
+            return room
+        deepest = int(paths.order.max(initial=0))
+        errors = [
+            _total(rows, replace(held, paths=paths.below(order)), rows.responses)
+            for order in range(deepest + 1)
+        ]
+        best = int(np.argmin(errors))
+        if best < most - 1 or deepest < most:
+            break
+    whole = errors[-1] <= 1.02 * errors[best]
+    return replace(room, order=most if whole else max(best, 1))
+
+
+def _total(rows: FitSet, room: MeshRoom, target: FloatArray) -> float:
+    return float(squared_errors(rows, room, target).sum())

@@ -1,0 +1,132 @@
+"""The low part of rows at a low rate, where trying a room costs milliseconds."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inverse.paths.bank import PulseBank, ideal_bank
+from inverse.paths.box_fit import Step, fit_room, slow_columns
+from inverse.paths.room import OMNI, BoxRoom
+from inverse.rows.direct import DirectSound
+from inverse.rows.fitset import FitSet
+from inverse.walls.box import Box
+
+__all__ = ["LowSound", "Trial"]
+
+FloatArray = NDArray[np.float64]
+ROWS, EDGE_HZ, WINDOW_S = 48, 800.0, 0.05
+SHARE = 0.8
+"""Band edge over half the low rate."""
+HALF = 10
+"""Samples of the low rate on each side of a pulse."""
+LEAD = 4
+FIRST_FACTOR = 0.8
+PATTERN = 4
+REACH_M = 19.0
+WHOLE = 400
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """Hold a room that was tried and the part of the low energy it leaves."""
+
+    room: BoxRoom
+    left: float
+
+    @property
+    def box(self) -> Box:
+        """The walls."""
+        return self.room.box
+
+
+@dataclass(frozen=True, eq=False)
+class LowSound:
+    """Hold rows below `EDGE_HZ` at a rate that just holds them.
+
+    Parameters
+    ----------
+    rows : FitSet
+        Filtered and thinned out.
+    latency_s : float
+        Seconds before every arrival in them.
+    level : float
+        Of a direct sound at 1 m.
+    pulse : PulseBank
+        Shape of an arrival.
+    energy : float
+        Of all rows, without what is too slow to count.
+    """
+
+    rows: FitSet
+    latency_s: float
+    level: float
+    pulse: PulseBank
+    energy: float
+
+    @classmethod
+    def of(cls, rows: FitSet, direct: DirectSound) -> "LowSound":
+        """Filter and thin out rows."""
+        few = rows.spread(ROWS)
+        thin = max(1, int(rows.sample_rate * SHARE / (2 * EDGE_HZ)))
+        rate = rows.sample_rate / thin
+        kept = int((WINDOW_S + direct.latency_s) * rate) + LEAD
+        sound = _thinned(few.responses, thin)[:, :kept]
+        slow = slow_columns(sound.shape[1], rate)
+        energy = float((sound**2).sum() - ((sound @ slow) ** 2).sum())
+        peak = direct.pulse[int(np.argmax(np.abs(direct.pulse)))]
+        return cls(
+            replace(few, responses=sound, sample_rate=rate),
+            direct.latency_s + LEAD / rate,
+            float(peak) or 1.0,
+            ideal_bank(2 * HALF, SHARE),
+            max(energy, 1e-300),
+        )
+
+    def room(self, box: Box) -> BoxRoom:
+        """Return a room to start from: equal walls, the same level all round."""
+        emitting = np.zeros(PATTERN)
+        emitting[0] = np.sqrt(4 * np.pi) * self.level
+        return BoxRoom(
+            box,
+            self.rows.speed_of_sound,
+            self.latency_s,
+            np.where(box.heard, FIRST_FACTOR, 1e-3),
+            emitting,
+            OMNI.copy(),
+            self.pulse,
+            self.rows.sample_rate,
+            WHOLE,
+            REACH_M,
+        )
+
+    def tried(self, room: BoxRoom, turns: int, geometry: bool = False) -> Trial:
+        """Fit walls' factors and the emitter's pattern, or the geometry as well."""
+        step = Step(EDGE_HZ, WHOLE, turns, geometry=geometry)
+        found = fit_room(self.rows, room, step, self.rows.responses)
+        return Trial(found.room, float(found.errors.sum()) / self.energy)
+
+    def told(self, room: BoxRoom) -> BoxRoom:
+        """Return the room without the latency that thinning out brought."""
+        late = room.latency_s - LEAD / self.rows.sample_rate
+        return replace(room, latency_s=late)
+
+    def left(self, room: BoxRoom, rows: FitSet) -> float:
+        """Return the energy a room leaves of some of the rows."""
+        gap = rows.responses - room.render(
+            rows.emitters, rows.listeners, rows.n_samples
+        )
+        free = gap @ slow_columns(rows.n_samples, rows.sample_rate)
+        return float((gap**2).sum() - (free**2).sum())
+
+
+def _thinned(responses: FloatArray, thin: int) -> FloatArray:
+    """Return every n-th sample behind the low-pass of `ideal_bank`, `LEAD` early."""
+    half = HALF * thin
+    at = np.arange(-half, half + 1) / thin
+    window = np.i0(8.0 * np.sqrt(np.clip(1 - (at / HALF) ** 2, 0, None))) / np.i0(8.0)
+    pulse = SHARE * np.sinc(SHARE * at) * window
+    size = responses.shape[1] + 2 * half
+    spectra = np.fft.rfft(responses, size) * np.fft.rfft(pulse, size)
+    heard = np.fft.irfft(spectra, size)[:, half - LEAD * thin :]
+    return np.ascontiguousarray(heard[:, ::thin])

@@ -1,0 +1,48 @@
+"""Rows that fit far worse than all others: swapped labels, wrong poses."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inverse.rows.fitset import FitSet
+
+__all__ = ["doubtful_rows", "doubtful_words"]
+
+FAR_WORSE = 20.0
+LEAST_SHARE = 0.3
+GOOD = 0.1
+MOST = 0.1
+NAMED = 6
+
+
+def doubtful_rows(rows: FitSet, told: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which rows are told far worse than most, shape (rows,).
+
+    None where most rows are told badly, or where more than a tenth would be named:
+    then it is the room that is not understood.
+    """
+    power = np.maximum((rows.responses**2).sum(axis=1), 1e-300)
+    share = ((rows.responses - told) ** 2).sum(axis=1) / power
+    middle = float(np.median(share)) if len(share) else 1.0
+    worse = (share > FAR_WORSE * middle) & (share > LEAST_SHARE)
+    if middle > GOOD or worse.mean() > MOST:
+        return np.zeros(len(share), dtype=bool)
+    return worse
+
+
+def doubtful_words(rows: FitSet, doubtful: NDArray[np.bool_]) -> list[str]:
+    """Say which rows do not fit, by their ends."""
+    found = np.flatnonzero(doubtful)
+    if not len(found):
+        return []
+    named = ", ".join(
+        f"{_place(rows.emitters.positions[k])}-{_place(rows.listeners.positions[k])}"
+        for k in found[:NAMED]
+    )
+    return [
+        f"{len(found)} of {len(doubtful)} responses do not fit where the others do and "
+        f"are not believed; check their labels and poses (emitter-listener, m): {named}"
+    ]
+
+
+def _place(position: NDArray[np.float64]) -> str:
+    return "(" + " ".join(f"{one:.2f}" for one in position) + ")"

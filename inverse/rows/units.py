@@ -1,0 +1,98 @@
+"""How fast direct sounds travel by what the poses and the sample rate say.
+
+Poses in millimetres or feet and a wrong sample rate look like sound at an impossible
+speed. Hot or cold air looks like one a few per cent off.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inverse.rows.fitset import FitSet
+
+__all__ = ["paced", "travelled_speed"]
+
+FloatArray = NDArray[np.float64]
+LEAST_ROWS, MOST_ROWS = 12, 150
+ONSET = 0.3
+"""Of a row's peak; what comes first above it is taken for its direct sound."""
+ALIKE = 0.93
+WARMEST, COLDEST = 365.0, 319.0
+KNOWN = 0.012
+CLOSE_M = 0.02
+"""A speed of air is taken over where most onsets follow it so closely."""
+TOGETHER_S = 5e-4
+UNITS = {1000.0: "millimetres", 100.0: "centimetres", 3.2808: "feet", 39.37: "inches"}
+NAMED = 0.06
+
+
+def paced(rows: FitSet) -> tuple[FitSet, list[str]]:
+    """Return rows with the speed their direct sounds have, and doubts in words.
+
+    Speeds of air from -20 to 55 degrees are taken over; others are only told.
+    """
+    found = travelled_speed(rows)
+    if found is None:
+        return rows, []
+    speed, spread_m = found
+    if abs(speed / rows.speed_of_sound - 1) < KNOWN:
+        return rows, []
+    if COLDEST < speed < WARMEST:
+        sure = spread_m < CLOSE_M + 0.5 * speed / rows.sample_rate
+        return (replace(rows, speed_of_sound=speed) if sure else rows), []
+    ratio = speed / rows.speed_of_sound
+    unit = [name for one, name in UNITS.items() if abs(ratio / one - 1) < NAMED]
+    guess = (
+        f"as if poses were told in {unit[0]}"
+        if unit
+        else (f"as if the sample rate were {rows.sample_rate / ratio:.0f} Hz")
+    )
+    return rows, [
+        f"direct sounds travel at {speed:.0f} m/s by poses and sample rate, {guess}: "
+        "poses need metres and responses their own sample rate; no walls are looked "
+        "for"
+    ]
+
+
+def travelled_speed(rows: FitSet) -> tuple[float, float] | None:
+    """Return the speed of direct sounds, m/s, and how far most stand off it, metres.
+
+    The median of slopes between rows (Theil 1950, Sen 1968); None where onsets do
+    not follow distances.
+    """
+    rows = rows.spread(MOST_ROWS)
+    size = np.abs(rows.responses)
+    peak = size.max(axis=1, initial=0.0)
+    sounding = (peak > 0) & (rows.distances > 0)
+    if sounding.sum() < LEAST_ROWS:
+        return None
+    onset = np.argmax(size[sounding] > ONSET * peak[sounding][:, None], axis=1)
+    times, reach = onset / rows.sample_rate, rows.distances[sounding]
+    one, other = np.triu_indices(len(reach), 1)
+    apart = reach[other] - reach[one]
+    far = np.abs(apart) > 0.3 * np.ptp(reach)
+    if far.sum() < LEAST_ROWS:
+        return None
+    slope = float(np.median((times[other] - times[one])[far] / apart[far]))
+    if slope <= 0 or slope * np.ptp(reach) * rows.sample_rate < LEAST_ROWS:
+        return None
+    left = times - slope * reach
+    # bent ways are late the more the farther; sound in sight is not
+    told = times - reach / rows.speed_of_sound
+    airy = COLDEST < 1 / slope < WARMEST
+    if not airy and _gathered(told) >= _gathered(left):
+        return None
+    left = np.abs(left - np.median(left))
+    # most rows must follow, however late the rest of them are
+    off = float(np.median(left))
+    if off > (1 - ALIKE) * slope * np.ptp(reach):
+        return None
+    return 1 / slope, off / slope
+
+
+def _gathered(delays: FloatArray) -> float:
+    """Return the largest share of delays that lie within a short time."""
+    order = np.sort(delays)
+    last = np.searchsorted(order, order + TOGETHER_S, side="right")
+    return float((last - np.arange(len(order))).max()) / len(order)

@@ -1,0 +1,63 @@
+"""A fitted box as plain arrays, and back."""
+
+from typing import Any
+
+import numpy as np
+
+from inverse.bands.banded_room import BandedRoom
+from inverse.names import part_of, prefixed
+from inverse.paths.bank import PulseBank
+from inverse.paths.coloring import Coloring
+from inverse.paths.room import BoxRoom
+from inverse.paths.shoebox import FittedRoom
+from inverse.walls.box import Box
+
+__all__ = ["room_arrays", "room_from"]
+
+
+_SCALARS = ("speed_of_sound", "latency_s", "sample_rate", "reach_m")
+
+
+def room_arrays(fitted: FittedRoom) -> dict[str, Any]:
+    """Return a fitted box as named plain values."""
+    room = fitted.room
+    banded = {} if fitted.banded is None else fitted.banded.as_arrays()
+    return {
+        **prefixed("banded", banded),
+        **prefixed("box", vars(room.box)),
+        **{name: getattr(room, name) for name in _SCALARS},
+        "order": room.order,
+        "walls": room.walls,
+        "emitting": room.emitting,
+        "listening": room.listening,
+        "taps": room.bank.taps,
+        "lead": room.bank.lead,
+        "coloring": fitted.coloring.factors,
+        "covariance": fitted.covariance,
+        "active": fitted.active,
+    } | ({} if fitted.tones is None else {"tones": fitted.tones})
+
+
+def room_from(arrays: dict[str, np.ndarray]) -> FittedRoom:
+    """Rebuild what :func:`room_arrays` named."""
+    scalars: dict[str, Any] = {name: float(arrays[name]) for name in _SCALARS}
+    room = BoxRoom(
+        box=Box(**part_of(arrays, "box")),
+        walls=arrays["walls"],
+        emitting=arrays["emitting"],
+        listening=arrays["listening"],
+        bank=PulseBank(arrays["taps"], int(arrays["lead"])),
+        order=int(arrays["order"]),
+        **scalars,
+    )
+    coloring = Coloring(arrays["coloring"], scalars["sample_rate"])
+    parts = part_of(arrays, "banded")
+    banded = BandedRoom.from_arrays(room, parts) if parts else None
+    return FittedRoom(
+        room,
+        coloring,
+        arrays["covariance"],
+        arrays["active"],
+        banded,
+        arrays.get("tones"),
+    )

@@ -1,0 +1,259 @@
+"""A box-shaped room in any attitude, and how it is put together from planes."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inverse.walls.scan import FoundPlane, ScanSignals, judge_planes
+
+__all__ = ["Box", "assemble_box", "assemble_boxes", "walled"]
+
+FloatArray = NDArray[np.float64]
+FAR_M = 500.0
+SQUARE = np.sin(np.radians(3.0))
+ALONG_STEP_M = 0.01
+ALONG_REACH_M = 9.0
+FINE_STEP_M, FINE_STEPS = 0.004, 5
+SURE_Z = 4.0
+SURE_ALONG = 5.0
+FAINT = 0.35
+UPRIGHT, FRAMES = 2.0, 8
+FLAT_M = 0.1
+SAME_WALL_M = 0.15
+
+
+@dataclass(frozen=True, eq=False)
+class Box:
+    """Hold the walls of a box.
+
+    Parameters
+    ----------
+    axes : ndarray, shape (3, 3)
+        Rows are the box's axes in the room's coordinates.
+    origin : ndarray, shape (3,)
+        A point inside, from which the walls are measured.
+    low, high : ndarray, shape (3,)
+        Walls along each axis, relative to the origin; beyond `FAR_M` where no
+        wall was heard.
+    z : ndarray, shape (6,)
+        How clearly each wall was heard (low x, high x, low y, ...); 0 if not.
+    """
+
+    axes: FloatArray
+    origin: FloatArray
+    low: FloatArray
+    high: FloatArray
+    z: FloatArray
+
+    @property
+    def planes(self) -> FloatArray:
+        """Normals into the room and offsets, shape (6, 4)."""
+        rows = []
+        for axis in range(3):
+            middle = float(self.axes[axis] @ self.origin)
+            rows.append(np.append(self.axes[axis], middle + self.low[axis]))
+            rows.append(np.append(-self.axes[axis], -middle - self.high[axis]))
+        return np.array(rows)
+
+    @property
+    def heard(self) -> NDArray[np.bool_]:
+        """Whether each of the six walls was found."""
+        walls = np.stack([-self.low, self.high], axis=1).ravel()
+        return walls < 0.5 * FAR_M
+
+    def inside(self, positions: FloatArray) -> FloatArray:
+        """Return positions in the frame of the box, relative to its origin."""
+        return (positions - self.origin) @ self.axes.T
+
+    def turned(self, turn: FloatArray) -> "Box":
+        """Return the box turned by a small rotation vector in its own frame."""
+        from scipy.spatial.transform import Rotation
+
+        # poses move by +turn in the frame, so the axes move by its inverse
+        axes = Rotation.from_rotvec(turn).as_matrix() @ self.axes
+        return replace(self, axes=axes)
+
+
+def assemble_boxes(signals: list[ScanSignals], found: list[FoundPlane]) -> list[Box]:
+    """Return boxes that found planes may belong to, the likeliest first.
+
+    Images of higher order pass as planes where there is one emitter only, so
+    several frames are tried; the fit decides between them.
+    """
+    sure = [plane for plane in found if plane.z > SURE_Z]
+    boxes = []
+    for axes in _likely_axes(sure):
+        boxes.append(walled(signals, axes))
+        if len(boxes) == 1 and boxes[0].heard.all() and signals[0].n_groups > 1:
+            break
+    return boxes
+
+
+def assemble_box(signals: list[ScanSignals], found: list[FoundPlane]) -> Box | None:
+    """Return the likeliest box, None when no plane is sure."""
+    boxes = assemble_boxes(signals, found)
+    return boxes[0] if boxes else None
+
+
+def walled(signals: list[ScanSignals], axes: FloatArray) -> Box:
+    """Return the box whose walls are found along given axes, shape (3, 3)."""
+    one = signals[-1]
+    ends = np.concatenate([one.emitters, one.listeners])
+    origin = ends.mean(axis=0)
+    low, high, z = np.full(3, -FAR_M), np.full(3, FAR_M), np.zeros(6)
+    for axis in range(3):
+        below = _along(signals, axes[axis], ends)
+        above = _along(signals, -axes[axis], ends)
+        flat = float(np.ptp(ends @ axes[axis])) < FLAT_M
+        lower, upper = _apart(below, above, axes[axis], origin, flat)
+        middle = float(axes[axis] @ origin)
+        if lower is not None:
+            low[axis], z[2 * axis] = lower.offset - middle, lower.pooled
+        if upper is not None:
+            high[axis], z[2 * axis + 1] = -upper.offset - middle, upper.pooled
+    return Box(axes, origin, low, high, z)
+
+
+def _likely_axes(planes: list[FoundPlane]) -> list[FloatArray]:
+    """Return right-handed frames that many found planes are square to."""
+    scored: list[tuple[float, FloatArray]] = []
+    for i, one in enumerate(planes):
+        for other in planes[i + 1 :]:
+            if abs(one.normal @ other.normal) > SQUARE:
+                continue
+            third = np.cross(one.normal, other.normal)
+            frame = _squared(np.array([one.normal, other.normal, third]))
+            upright = float(np.abs(frame[:, 2]).max()) > np.cos(SQUARE)
+            score = _fit_of(frame, planes) * (UPRIGHT if upright else 1.0)
+            scored.append((score, frame))
+    for one in planes:
+        frame = _squared(_upright(one.normal))
+        upright = float(np.abs(frame[:, 2]).max()) > np.cos(SQUARE)
+        scored.append((_fit_of(frame, planes) * (UPRIGHT if upright else 0.5), frame))
+    kept: list[FloatArray] = []
+    for _, frame in sorted(scored, key=lambda one: -one[0]):
+        axes = _ordered(_settled(frame, planes))
+        if all(np.abs(np.diag(axes @ other.T) - 1).max() > 2e-3 for other in kept):
+            kept.append(axes)
+        if len(kept) == FRAMES:
+            break
+    return kept
+
+
+def _upright(normal: FloatArray) -> FloatArray:
+    up = np.array([0.0, 0.0, 1.0])
+    other = up if abs(normal @ up) < 0.9 else np.array([1.0, 0.0, 0.0])
+    second = other - (other @ normal) * normal
+    second /= np.linalg.norm(second)
+    return np.array([normal, second, np.cross(normal, second)])
+
+
+def _squared(frame: FloatArray) -> FloatArray:
+    left, _, right = np.linalg.svd(frame)
+    return left @ right
+
+
+def _shares(frame: FloatArray, planes: list[FoundPlane]) -> FloatArray:
+    weight = np.array([min(plane.z, 12.0) * plane.strength for plane in planes])
+    along = np.abs(np.array([plane.normal for plane in planes]) @ frame.T)
+    return weight[:, None] * (along > np.sqrt(1 - SQUARE**2))
+
+
+def _fit_of(frame: FloatArray, planes: list[FoundPlane]) -> float:
+    # one wall counts once, however many phantoms lie behind it
+    shares = _shares(frame, planes)
+    normals = np.array([plane.normal for plane in planes])
+    total = 0.0
+    for axis in range(3):
+        for sign in (-1, 1):
+            side = (normals @ frame[axis]) * sign > 0
+            total += float((shares[:, axis] * side).max(initial=0.0))
+    return total
+
+
+def _settled(frame: FloatArray, planes: list[FoundPlane]) -> FloatArray:
+    """Return the frame averaged over all planes square to it."""
+    shares = _shares(frame, planes)
+    normals = np.array([plane.normal for plane in planes])
+    sums = np.empty((3, 3))
+    for axis in range(3):
+        sign = np.sign(normals @ frame[axis])
+        sums[axis] = (shares[:, axis] * sign) @ normals + 1e-3 * frame[axis]
+    return _squared(sums / np.linalg.norm(sums, axis=1, keepdims=True))
+
+
+def _ordered(frame: FloatArray) -> FloatArray:
+    """Return the frame with its axes named after the nearest of x, y and z."""
+    from itertools import permutations
+
+    best = max(
+        permutations(range(3)),
+        key=lambda order: sum(abs(frame[k, i]) for i, k in enumerate(order)),
+    )
+    named = frame[list(best)]
+    return named * np.sign(np.diag(named))[:, None]
+
+
+def _along(
+    signals: list[ScanSignals], normal: FloatArray, ends: FloatArray
+) -> list[FoundPlane]:
+    """Return walls along one normal, the nearest first."""
+    first = float((ends @ normal).min()) + 0.02
+    steps = np.arange(round(ALONG_REACH_M / ALONG_STEP_M), dtype=np.float64)
+    offsets = first - ALONG_STEP_M * steps
+    planes: FloatArray = np.empty((len(offsets), 4))
+    planes[:, :3], planes[:, 3] = normal, offsets
+    sums, counts = signals[1].sums(planes, np.zeros(1))
+    # a wall between poses has ends behind it; those rows say nothing
+    level = sums[..., 0].sum(axis=1) / np.maximum(counts.sum(axis=1), 1.0)
+    peaks = np.flatnonzero((level[1:-1] >= level[:-2]) & (level[1:-1] > level[2:]))
+    order = peaks[np.argsort(-level[1:-1][peaks])][:12] + 1
+    judged = judge_planes(signals[-1], _sharpened(signals[-1], planes[order]))
+    sure = [plane for plane in judged if plane.pooled > SURE_ALONG]
+    most = max((plane.strength for plane in sure), default=0.0)
+    loud = [plane for plane in sure if plane.strength > FAINT * most]
+    # images of higher order stand behind the wall, never before it
+    kept: list[FoundPlane] = []
+    for plane in sorted(loud, key=lambda one: -one.offset):
+        if all(abs(plane.offset - other.offset) > SAME_WALL_M for other in kept):
+            kept.append(plane)
+    return kept
+
+
+def _sharpened(signals: ScanSignals, planes: FloatArray) -> FloatArray:
+    """Move each plane along its normal to the best offset nearby."""
+    if len(planes) == 0:
+        return planes
+    moves = np.arange(-FINE_STEPS, FINE_STEPS + 1) * FINE_STEP_M
+    tried = np.repeat(planes, len(moves), axis=0)
+    tried[:, 3] += np.tile(moves, len(planes))
+    sums, _ = signals.sums(tried, np.zeros(1))
+    level = sums[..., 0].sum(axis=1).reshape(len(planes), -1)
+    best = planes.copy()
+    best[:, 3] += moves[np.argmax(level, axis=1)]
+    return best
+
+
+def _apart(
+    below: list[FoundPlane],
+    above: list[FoundPlane],
+    axis: FloatArray,
+    origin: FloatArray,
+    flat: bool,
+) -> tuple[FoundPlane | None, FoundPlane | None]:
+    """Return one wall for each side.
+
+    Where all poses lie in one plane, walls above and below it are mirror twins:
+    each is heard on both sides at the same distance. The nearest is then put
+    below and the next one above; which is which cannot be heard.
+    """
+    lower, upper = (below[0] if below else None), (above[0] if above else None)
+    if not flat or lower is None or upper is None:
+        return lower, upper
+    middle = float(axis @ origin)
+    down, up = middle - lower.offset, -middle - upper.offset
+    if abs(down - up) > SAME_WALL_M:
+        return lower, upper
+    rest = [wall for wall in above if abs(-middle - wall.offset - down) > SAME_WALL_M]
+    return lower, (rest[0] if rest else upper)

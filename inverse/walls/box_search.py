@@ -1,0 +1,188 @@
+"""Suppose rooms and keep the one that explains the low sound: frames, hidden walls.
+
+A loudspeaker with its back to a wall does not light it: the wall is heard by way of
+others only, and what is read as its first echo may be the echo of two walls. Whole
+boxes are therefore told apart by all their images, with the loudspeaker's pattern.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inverse.paths.room import BoxRoom
+from inverse.rows.direct import DirectSound
+from inverse.rows.fitset import FitSet
+from inverse.rows.low_sound import LowSound, Trial
+from inverse.walls.box import FAR_M, Box, walled
+from inverse.walls.scan import ScanSignals
+
+__all__ = ["Supposed", "suppose_box"]
+
+FloatArray = NDArray[np.float64]
+TURNS, MOVING_TURNS = 2, 6
+SWEPT_ROWS, SWEPT_ORDER = 24, 8
+STEP_M, REACH_M, NEAREST_M = 0.05, 7.0, 0.03
+BEST = 5
+APART_M = 0.15
+ROUNDS = 3
+CLEAR = 0.01
+"""A box that leaves less of the low sound is the room."""
+BETTER = 0.97
+POOR, FEW_PLACES, YAW_STEP_DEG = 0.1, 3, 1.5
+STILL = 0.3
+"""Part of what walls should explain that a poor box leaves."""
+FIRST_FACTOR = 0.75
+IDLE, UNSURE = 1.01, 1.15
+"""A wall that is left out, and one that is doubted; see `Supposed.doubts`."""
+SILENT = 0.02
+"""Reflection factor of no wall."""
+
+
+@dataclass(frozen=True, eq=False)
+class Supposed:
+    """Hold the likeliest box and what else each wall could be.
+
+    Parameters
+    ----------
+    box : Box
+        The walls.
+    room : BoxRoom
+        Its walls, their factors and the emitter's pattern, as the low sound tells.
+    left : float
+        Part of the low energy it leaves.
+    doubts : ndarray, shape (6,)
+        What is left over if a wall stood elsewhere or nowhere, over what is left
+        now; infinite where that was not asked.
+    """
+
+    box: Box
+    room: BoxRoom
+    left: float
+    doubts: FloatArray
+
+    @property
+    def unsure(self) -> list[int]:
+        """Walls that could nearly as well stand elsewhere or nowhere."""
+        if self.left < POOR:
+            return []
+        return np.flatnonzero(self.box.heard & (self.doubts < UNSURE)).tolist()
+
+
+def suppose_box(
+    rows: FitSet,
+    direct: DirectSound,
+    boxes: list[Box],
+    signals: list[ScanSignals] | None = None,
+) -> Supposed:
+    """Return the box whose images explain the low sound best.
+
+    Parameters
+    ----------
+    rows : FitSet
+        Measured rows.
+    direct : DirectSound
+        Their direct sounds.
+    boxes : list of Box
+        Frames that may be the room's, with the walls heard along each.
+    signals : list of ScanSignals, optional
+        To look for walls along other upright frames with, where there are few
+        emitter places and none of the boxes explains the rows.
+    """
+    low = LowSound.of(rows, direct)
+    best, doubts = _settled(low, boxes)
+    air = low.tried(low.room(_without_walls(best.box)), TURNS)
+    poor = best.left > min(POOR, STILL * air.left)
+    if poor and signals is not None and rows.n_places <= FEW_PLACES:
+        other, others = _settled(low, [walled(signals, one) for one in _upright()])
+        if other.left < BETTER * best.left:
+            best, doubts = other, others
+    best = _without_idle(low, best, doubts)
+    return Supposed(best.box, low.told(best.room), best.left, doubts)
+
+
+def _without_walls(box: Box) -> Box:
+    return replace(box, low=np.full(3, -FAR_M), high=np.full(3, FAR_M), z=np.zeros(6))
+
+
+def _without_idle(low: LowSound, best: Trial, doubts: FloatArray) -> Trial:
+    """Return the room without walls that explain nothing: none is invented."""
+    idle = best.box.heard & ((doubts < IDLE) | (np.abs(best.room.walls) < SILENT))
+    for wall in np.flatnonzero(idle):
+        # two that stand in for each other must not both go
+        fewer = low.tried(_with_wall(best.room, int(wall), None), TURNS)
+        if fewer.left < IDLE * max(best.left, CLEAR):
+            best = fewer
+    return best
+
+
+def _upright() -> FloatArray:
+    """Return frames with a level floor, a few degrees apart, (K, 3, 3)."""
+    from scipy.spatial.transform import Rotation
+
+    turns = np.arange(-45.0, 45.0, YAW_STEP_DEG)
+    return Rotation.from_euler("z", turns[:, None], degrees=True).as_matrix()
+
+
+def _settled(low: LowSound, boxes: list[Box]) -> tuple[Trial, FloatArray]:
+    """Return the best of the boxes, each wall at its best, and the walls' doubts."""
+    trials = [low.tried(low.room(box), TURNS) for box in boxes]
+    best = min(trials, key=lambda trial: trial.left)
+    best = low.tried(best.room, MOVING_TURNS, geometry=True)
+    doubts = np.full(6, np.inf)
+    for _ in range(ROUNDS):
+        if best.left < CLEAR:
+            return best, np.full(6, np.inf)
+        before = best
+        for wall in range(6):
+            if best.left > CLEAR:
+                best, doubts[wall] = _placed(low, best, wall)
+        if best is before:
+            break
+        best = low.tried(best.room, MOVING_TURNS, geometry=True)
+    return best, doubts
+
+
+def _placed(low: LowSound, now: Trial, wall: int) -> tuple[Trial, float]:
+    """Try a wall elsewhere; return the best and how much worse the next is."""
+    tried = [low.tried(_with_wall(now.room, wall, None), TURNS)]
+    for place in _likely_places(low, now.room, wall):
+        tried.append(low.tried(_with_wall(now.room, wall, place), TURNS))
+    other = min(tried, key=lambda trial: trial.left)
+    if other.left < BETTER * now.left:
+        return other, now.left / other.left
+    return now, other.left / now.left
+
+
+def _likely_places(low: LowSound, room: BoxRoom, wall: int) -> list[float]:
+    """Return where a wall would lower what is left most, the present place aside."""
+    few = low.rows.spread(SWEPT_ROWS)
+    ends = room.box.inside(
+        np.concatenate([low.rows.emitters.positions, low.rows.listeners.positions])
+    )[:, wall // 2]
+    sign = 1.0 if wall % 2 else -1.0
+    first = float((sign * ends).max()) + NEAREST_M
+    places = sign * (first + STEP_M * np.arange(round(REACH_M / STEP_M)))
+    plain = replace(room, order=SWEPT_ORDER)
+    left = np.array([low.left(_with_wall(plain, wall, place), few) for place in places])
+    inner = np.concatenate([[np.inf], left, [np.inf]])
+    dips = np.flatnonzero((left <= inner[:-2]) & (left < inner[2:]))
+    dips = dips[np.argsort(left[dips])]
+    now = _place(room.box, wall)
+    return [float(p) for p in places[dips] if abs(p - now) > APART_M][:BEST]
+
+
+def _place(box: Box, wall: int) -> float:
+    return float((box.high if wall % 2 else box.low)[wall // 2])
+
+
+def _with_wall(room: BoxRoom, wall: int, place: float | None) -> BoxRoom:
+    """Return the room with a wall moved; without it where no place is given."""
+    low, high, z = room.box.low.copy(), room.box.high.copy(), room.box.z.copy()
+    moved, far = (high, FAR_M) if wall % 2 else (low, -FAR_M)
+    moved[wall // 2] = far if place is None else place
+    walls = room.walls.copy()
+    walls[wall] = 1e-3 if place is None else FIRST_FACTOR
+    if place is None:
+        z[wall] = 0.0
+    return replace(room, box=replace(room.box, low=low, high=high, z=z), walls=walls)

@@ -1,0 +1,121 @@
+"""Try whether a room is more than a box: the walls that stand between poses."""
+
+from dataclasses import dataclass, field
+from itertools import islice
+
+import numpy as np
+
+from inverse.paths.polyhedral import FittedMesh, fit_polyhedron
+from inverse.paths.shoebox import FittedRoom
+from inverse.rows.direct import DirectSound
+from inverse.rows.fitset import FitSet
+from inverse.walls.outline import (
+    Outline,
+    find_clues,
+    find_outline,
+    other_outlines,
+)
+from rir import GainPattern
+
+__all__ = ["Opened", "open_box"]
+
+WORTH_OPENING = 0.02
+"""A box that leaves less of the energy is one."""
+BETTER, EXPLAINING = 0.9, 0.1
+"""Room for error left, or part of what the box explains gained."""
+SURELY, MOST_TRIED = 0.5, 4
+JUDGED_ROWS = 120
+FEW_ROWS, CLEAR = 30, 1e-3
+"""A few rows show that nothing is left to look for."""
+
+
+@dataclass(frozen=True, eq=False)
+class Opened:
+    """Hold a room of flat faces, None where the box stands, and what to tell."""
+
+    fitted: FittedMesh | None
+    alarms: list[str] = field(default_factory=list)
+
+
+def open_box(
+    rows: FitSet,
+    direct: DirectSound,
+    fitted: FittedRoom,
+    reach_s: float,
+    listening: GainPattern | None = None,
+) -> Opened:
+    """Look for walls inside a fitted box and fit the room they make.
+
+    The room is only taken where it tells the rows clearly better than the box.
+    """
+    if rows.n_places < 2 or left_over(rows.spread(FEW_ROWS), fitted) < CLEAR:
+        return Opened(None)
+    few = rows.spread(JUDGED_ROWS)
+    before = left_over(few, fitted)
+    if before < WORTH_OPENING:
+        return Opened(None)
+    clues = find_clues(rows, direct, fitted)
+    outline = find_outline(clues)
+    if outline is None:
+        return Opened(None)
+    judge = _Judge(rows, few, direct, reach_s * rows.speed_of_sound, listening)
+    opened, after = judge.tried(outline)
+    if after > BETTER * before and before - after < EXPLAINING * (1 - before):
+        opened, after = None, before
+    if opened is None or not outline.closed:
+        for other in islice(other_outlines(clues), MOST_TRIED):
+            tried, left = judge.tried(other)
+            # walls of one emitter must explain what nothing else does
+            if left < SURELY * after:
+                return Opened(tried)
+    if opened is not None:
+        return Opened(opened, [] if outline.closed else [OPEN])
+    return Opened(
+        None,
+        [
+            f"a wall may stand inside the room, {_worded(plane.row)}, but where it "
+            "ends was not heard; it is left out"
+            for plane in outline.found
+        ],
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Judge:
+    """Fit rooms and say what they leave over."""
+
+    rows: FitSet
+    few: FitSet
+    direct: DirectSound
+    reach_m: float
+    listening: GainPattern | None
+
+    def tried(self, outline: Outline) -> tuple[FittedMesh | None, float]:
+        """Return the fitted room and the part of the energy it leaves."""
+        if outline.shape is None:
+            return None, np.inf
+        told = self.rows, self.direct, outline.shape, self.reach_m, self.listening
+        try:
+            fitted = fit_polyhedron(*told)
+        except np.linalg.LinAlgError:
+            return None, np.inf
+        return fitted, left_over(self.few, fitted)
+
+
+OPEN = "the walls found leave the room open: some were not heard, none is invented"
+
+
+def left_over(rows: FitSet, fitted: FittedRoom | FittedMesh) -> float:
+    """Return the part of the rows' energy that paths do not tell."""
+    told = fitted.predict(rows.emitters, rows.listeners, rows.n_samples)
+    power = max(float((rows.responses**2).sum()), 1e-300)
+    return float(((rows.responses - told) ** 2).sum()) / power
+
+
+def _worded(plane: np.ndarray) -> str:
+    """Say where a plane stands: along an axis, or by normal and offset."""
+    axis = int(np.argmax(np.abs(plane[:3])))
+    if abs(plane[axis]) > 0.999:
+        return f"{'xyz'[axis]} = {plane[3] / plane[axis]:.2f} m"
+    normal = ", ".join(f"{value:.2f}" for value in plane[:3])
+    return f"normal ({normal}) at {plane[3]:.2f} m"

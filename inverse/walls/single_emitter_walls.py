@@ -1,0 +1,111 @@
+"""Walls that a single emitter speaks for: never sure, but worth a trial.
+
+An arm of a room may hold one emitter only. Its walls are then heard by that one, and
+so are echoes of several walls that pass for others. Such planes are handed over one by
+one; the fit of the whole room they make decides.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inverse.walls.box import FAR_M, Box
+from inverse.walls.reentrant import Evidence
+from inverse.walls.scan import FoundPlane
+
+__all__ = ["find_lone", "nearer_walls"]
+
+FloatArray = NDArray[np.float64]
+STEP_M, FINE_STEP_M, FINE_STEPS = 0.02, 0.005, 4
+MARGIN_M, REACH_M = 0.3, 6.0
+LOUD, LEVEL = 8.0, 0.25
+APART_M = 0.12
+MOST, CLOSER = 3, 4
+
+
+def find_lone(
+    evidence: Evidence, normals: FloatArray, known: list[FoundPlane]
+) -> list[FoundPlane]:
+    """Return planes within the box that one emitter speaks for, the clearest first.
+
+    Parameters
+    ----------
+    evidence : Evidence
+        What the rows say.
+    normals : ndarray, shape (N, 3)
+        Directions walls may face, into the air.
+    known : list of FoundPlane
+        Planes that are sure; none along the same normal is returned.
+    """
+    signals, found = evidence.signals, []
+    ends = np.concatenate([signals.emitters, signals.listeners])
+    for normal in normals:
+        if any(normal @ one.normal > 0.99 for one in known):
+            continue
+        heights = ends @ normal
+        offsets = np.arange(heights.min() + MARGIN_M, heights.max() - MARGIN_M, STEP_M)
+        planes = _clearest(evidence, normal, offsets)[:CLOSER]
+        found += [_sharpened(evidence, plane.row) for plane in planes]
+    loud = [one for one in found if one.loudest > LOUD and one.strength > 0]
+    return sorted(loud, key=lambda one: -one.loudest)[:MOST]
+
+
+def nearer_walls(evidence: Evidence, box: Box) -> Box:
+    """Return the box with walls one emitter hears clearly before those that stand.
+
+    Parameters
+    ----------
+    evidence : Evidence
+        Rows with nothing blanked.
+    box : Box
+        As several emitters speak for it.
+    """
+    signals = evidence.signals
+    low, high, z = box.low.copy(), box.high.copy(), box.z.copy()
+    wide = replace(box, low=np.full(3, -FAR_M), high=np.full(3, FAR_M))
+    evidence = replace(evidence, box=wide)
+    ends = np.concatenate([signals.emitters, signals.listeners])
+    for wall, plane in enumerate(box.planes):
+        axis, upper = divmod(wall, 2)
+        first = float((ends @ plane[:3]).min()) - 0.02
+        last = max(plane[3] + APART_M, first - REACH_M)
+        planes = _clearest(evidence, plane[:3], np.arange(first, last, -STEP_M))
+        if not planes:
+            continue
+        best = _sharpened(evidence, planes[0].row)
+        middle = float(box.axes[axis] @ box.origin)
+        if upper:
+            high[axis] = -best.offset - middle
+        else:
+            low[axis] = best.offset - middle
+        z[wall] = best.pooled
+    return replace(box, low=low, high=high, z=z)
+
+
+def _clearest(
+    evidence: Evidence, normal: FloatArray, offsets: FloatArray
+) -> list[FoundPlane]:
+    """Return planes along a normal that an emitter speaks for, the clearest first."""
+    nothing = np.empty((0, 3))
+    tried = [
+        evidence.judged(np.append(normal, offset), nothing, 1) for offset in offsets
+    ]
+    loud = [one for one in tried if one is not None and one.loudest > LOUD]
+    kept: list[FoundPlane] = []
+    for one in sorted(loud, key=lambda plane: -plane.loudest):
+        if all(abs(one.offset - other.offset) > APART_M for other in kept):
+            kept.append(one)
+    return kept
+
+
+def _sharpened(evidence: Evidence, plane: FloatArray) -> FoundPlane:
+    """Return the best plane close by, openings left out."""
+    opening = evidence.crossings(plane)
+    best = FoundPlane(plane[:3].copy(), float(plane[3]), 0.0, 0.0, 0.0)
+    for step in range(-FINE_STEPS, FINE_STEPS + 1):
+        moved = np.append(plane[:3], plane[3] + step * FINE_STEP_M)
+        found = evidence.judged(moved, opening, 1)
+        if found is not None and found.loudest > best.loudest:
+            best = found
+    return best
