@@ -1,4 +1,4 @@
-"""The forms of the reciprocity loss; docs/decisions/0052 compares them.
+"""The forms of the reciprocity loss; docs/studies/self-supervision.md compares them.
 
 F(a -> b; axes, gain) is the field's response of the directional emitter at a,
 turned to ``axes``, heard at b through ``gain``; G is the emitter's pattern.

@@ -1,0 +1,41 @@
+"""The documents: indexes are up to date, links and named files exist."""
+
+import re
+import runpy
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+INDEXES = runpy.run_path(str(ROOT / "tools" / "write-indexes"))
+PAGES = sorted(
+    [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("benchmarks/*.md")]
+)
+
+
+@pytest.mark.parametrize("path", INDEXES["PAGES"], ids=lambda path: path.parent.name)
+def test_an_index_says_what_the_files_say(path: Path) -> None:
+    written = INDEXES["PAGES"][path]()
+    assert path.read_text(encoding="utf-8") == written, "run tools/write-indexes"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_lead_to_files(page: Path) -> None:
+    links = re.findall(r"\]\((?!https?:)([^)#\s]+)", page.read_text(encoding="utf-8"))
+    assert [link for link in links if not (page.parent / link).exists()] == []
+
+
+def test_a_superseded_record_and_its_successor_name_each_other() -> None:
+    pattern = r"\*\*{}\*\*(.+?)(?= · \*\*|$)"
+    found: dict[str, set[tuple[str, str]]] = {
+        "Supersedes": set(),
+        "Superseded by": set(),
+    }
+    for record in INDEXES["DECISIONS"].glob("[0-9]*.md"):
+        head = record.read_text(encoding="utf-8").split("\n")[2]
+        for word, pairs in found.items():
+            for said in re.findall(pattern.format(word), head):
+                for other in re.findall(r"\[(\d{4})\]", said):
+                    ends = (record.name[:4], other)
+                    pairs.add(ends if word == "Supersedes" else ends[::-1])
+    assert found["Supersedes"] == found["Superseded by"]
