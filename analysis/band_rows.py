@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.bank import Band
 from analysis.decay import words
 from analysis.decay.answer import (
     C50,
@@ -29,6 +28,7 @@ from analysis.decay.response import DIRECT_REACH, find_decay, prepare, sample_at
 from analysis.decay.scan import find_stop, largest, locate
 from analysis.envelopes import Layout, band_envelopes, fast_length, transform
 from analysis.gates import RINGING, Gates, gated_energies
+from rir.bands import Band
 
 __all__ = ["analyse_bands"]
 

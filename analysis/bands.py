@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analysis.bank import bands_of
 from analysis.decay.answer import Answers
 from analysis.parameters import Parameters, as_responses, assemble, check_rate
 from analysis.threads import share_rows
+from rir.bands import bands_of
 
 __all__ = ["band_parameters"]
 

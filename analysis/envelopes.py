@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import ifft, next_fast_len, rfft
 
-from analysis.bank import Band, cached_window
 from analysis.decay.curve import envelope_energy
+from rir.bands import Band, cached_window
 
 __all__ = ["Layout", "band_envelopes", "fast_length", "transform"]
 

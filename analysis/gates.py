@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.bank import Band, cached_weights
 from analysis.decay.response import sample_at
 from analysis.envelopes import Layout, band_envelopes, fast_length, transform
+from rir.bands import Band, cached_weights
 
 __all__ = ["RINGING", "Gates", "gated_energies"]
 

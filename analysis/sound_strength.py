@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from analysis.bank import Band, bands_of, cached_weights
 from analysis.decay.response import sample_at
 from analysis.parameters import acoustic_parameters, as_responses, check_rate
+from rir.bands import Band, bands_of, cached_weights
 from rir.errors import SignalError
 
 __all__ = ["reference_energy", "strength"]

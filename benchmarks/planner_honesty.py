@@ -217,7 +217,7 @@ def random_scene(
 
 def measure(scene: Scene, plan: Plan, rate: int, duration: float, seed: int) -> Any:
     """Return parameters (kinds, pairs, bands) and the CPU seconds."""
-    from rooms.bands import band_weights
+    from rir.bands import crossover_gains
 
     rng = np.random.default_rng(seed)
     places = random_places(scene, 5, rng)
@@ -229,7 +229,7 @@ def measure(scene: Scene, plan: Plan, rate: int, duration: float, seed: int) -> 
     n = h.shape[-1]
     # what lies below the lowest octave belongs to no octave
     centers = heard[0] / 2, *map(float, heard)
-    weights = band_weights(centers, rate, 2 * n)[1:]
+    weights = crossover_gains(centers, rate, 2 * n)[1:]
     bands = np.fft.irfft(np.fft.rfft(h, 2 * n)[:, None] * weights, 2 * n)[..., :n] ** 2
     way = np.linalg.norm(places.positions[1:] - places.positions[0], axis=1)
     found = decay_parameters(bands, 1 / rate, way / scene.speed_of_sound)

@@ -10,17 +10,13 @@ __all__ = [
     "air_absorption",
     "decibels",
     "from_decibels",
-    "octave_centers",
     "speed_of_sound",
-    "third_octave_centers",
 ]
 
 REFERENCE_TEMPERATURE_C = 20.0
 REFERENCE_HUMIDITY_PERCENT = 50.0
 REFERENCE_PRESSURE_KPA = 101.325
 """Reference atmosphere of ISO 9613-1:1993, clause 4."""
-
-_OCTAVE_RATIO = 10**0.3  # IEC 61260-1:2014, base ten
 
 
 def speed_of_sound(temperature_c: float) -> float:
@@ -81,30 +77,6 @@ def air_absorption(
     relaxation += 0.1068 * np.exp(-3352.0 / kelvin) / (nitrogen + f**2 / nitrogen)
     classical = 1.84e-11 / pressure * np.sqrt(warm)
     return 8.686 * f**2 * (classical + warm**-2.5 * relaxation)
-
-
-def octave_centers(low: float = 125.0, high: float = 8000.0) -> NDArray[np.float64]:
-    """Return the nominal octave-band centres from `low` to `high` [Hz].
-
-    Examples
-    --------
-    >>> octave_centers(250, 2000).tolist()
-    [250.0, 500.0, 1000.0, 2000.0]
-    """
-    nominal = np.array([16, 31.5, 63, 125, 250, 500, 1e3, 2e3, 4e3, 8e3, 16e3])
-    return nominal[(nominal >= low * 0.99) & (nominal <= high * 1.01)]
-
-
-def third_octave_centers(low: float = 50.0, high: float = 10e3) -> NDArray[np.float64]:
-    """Return the exact base-ten third-octave centres from `low` to `high` [Hz].
-
-    References
-    ----------
-    IEC 61260-1:2014, clause 5.4: f = 1000 G^(k/3), G = 10^0.3.
-    """
-    first = np.ceil(3 * np.log(low * 0.98 / 1000) / np.log(_OCTAVE_RATIO))
-    last = np.floor(3 * np.log(high * 1.02 / 1000) / np.log(_OCTAVE_RATIO))
-    return 1000.0 * _OCTAVE_RATIO ** (np.arange(first, last + 1) / 3)
 
 
 def decibels(power_ratio: ArrayLike) -> NDArray[np.float64]:

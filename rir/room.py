@@ -13,6 +13,7 @@ from pydantic import (
     model_validator,
 )
 
+from rir.bands import octave_centers
 from rir.config import Config, load_yaml
 from rir.errors import OutOfReachError
 from rir.materials import load_materials
@@ -21,7 +22,6 @@ from rir.physics import (
     REFERENCE_PRESSURE_KPA,
     REFERENCE_TEMPERATURE_C,
     air_absorption,
-    octave_centers,
     speed_of_sound,
 )
 from rir.pose import Pose

@@ -35,10 +35,10 @@ def clarity_per_octave(
     responses: FloatArray, sample_rate: int, centers: FloatArray
 ) -> FloatArray:
     """Return C50 per response and octave [dB], shape (..., bands)."""
-    from rooms.bands import band_weights
+    from rir.bands import crossover_gains
 
     n = responses.shape[-1]
-    weights = band_weights(tuple(map(float, centers)), sample_rate, 2 * n)
+    weights = crossover_gains(tuple(map(float, centers)), sample_rate, 2 * n)
     spectra = np.fft.rfft(responses, 2 * n)[..., None, :] * weights
     energy = np.fft.irfft(spectra, 2 * n)[..., :n] ** 2
     first = np.argmax(np.abs(responses) > 0.1 * np.abs(responses).max(), axis=-1)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rir import GainPattern, Registry
+from rir.bands import octave_centers
 from rir.errors import ConfigError
 from rir.optional import require
 
@@ -23,7 +24,7 @@ PATTERNS.add("supercardioid")(GainPattern.first_order(0.366))
 PATTERNS.add("hypercardioid")(GainPattern.first_order(0.25))
 PATTERNS.add("figure-of-eight")(GainPattern.first_order(0.0))
 
-_CENTERS = np.array([125, 250, 500, 1000, 2000, 4000, 8000.0])
+_CENTERS = octave_centers()
 
 
 def load_gain(name_or_path: str | Path, order: int = 4) -> GainPattern:

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rir import GainPattern, RoomSpec
+from rir.bands import octave_centers
 from rir.errors import SceneError
 from rir.numbers import read_array, read_number, shown
-from rir.physics import octave_centers
 from rir.room import WALLS, Air
 from rooms.geometry import Geometry, Shoebox
 from rooms.hardware import Hardware

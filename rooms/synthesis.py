@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rir import GainPattern
+from rir.bands import join_bands
 from rir.pose import rotate
-from rooms.bands import join_bands
 from rooms.sound import Arrivals, Lattice, Sound, Waves
 
 __all__ = ["render"]

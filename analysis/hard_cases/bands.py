@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.bank import Band, bands_of
 from analysis.hard_cases.decays import Decay
 from analysis.hard_cases.score import Score, judge_value
 from analysis.scatter import TIME_SCATTER
+from rir.bands import Band, bands_of
 
 __all__ = ["OCTAVES", "THIRDS", "BandCase", "score_bands"]
 

@@ -13,8 +13,8 @@ from analysis.bands import band_parameters
 from analysis.parameters import acoustic_parameters
 from analysis.table.files import FileResponses, read_responses
 from analysis.table.strength_column import FreeField, add_strength
+from rir.bands import octave_centers, third_octave_centers
 from rir.errors import SignalError
-from rir.physics import octave_centers, third_octave_centers
 
 __all__ = ["BANDS", "SYMBOLS", "tabulate_files", "write_table"]
 

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.signal.stretch import apply_stretch, estimate_stretch, low_passed
-from rir.physics import octave_centers, speed_of_sound
+from rir.bands import octave_centers, octave_energies
+from rir.physics import speed_of_sound
 
 __all__ = ["OneWay", "judge_pair", "octave_distances", "predicted_floor"]
 
@@ -62,21 +63,12 @@ def octave_distances(
     fft: Any = import_module("scipy.fft")
     n = fft.next_fast_len(2 * len(first), real=True)
     one, other = fft.rfft(first, n), fft.rfft(second, n)
-    difference = _per_octave(np.abs(one - other) ** 2, n, sample_rate, centers)
-    energy = _per_octave(
+    difference = octave_energies(np.abs(one - other) ** 2, n, sample_rate, centers)
+    energy = octave_energies(
         (np.abs(one) ** 2 + np.abs(other) ** 2) / 2, n, sample_rate, centers
     )
     with np.errstate(divide="ignore", invalid="ignore"):
         return 10 * np.log10(difference / energy)
-
-
-def _per_octave(
-    power: FloatArray, n_fft: int, sample_rate: int, centers: FloatArray
-) -> FloatArray:
-    edges = np.stack((centers / np.sqrt(2), centers * np.sqrt(2)))
-    low, high = np.ceil(edges * n_fft / sample_rate).astype(int)
-    total = np.concatenate(([0.0], np.cumsum(power)))
-    return total[np.minimum(high, len(power))] - total[np.minimum(low, len(power))]
 
 
 def noise_share(
@@ -108,7 +100,7 @@ def noise_share(
     with np.errstate(divide="ignore", invalid="ignore"):
         noise = np.where(divisor > 0, heard / divisor, 0.0)
     signal = np.abs(fft.rfft(response, n)) ** 2
-    return _per_octave(noise, n, sample_rate, centers) / _per_octave(
+    return octave_energies(noise, n, sample_rate, centers) / octave_energies(
         signal, n, sample_rate, centers
     )
 
@@ -226,7 +218,7 @@ def _levels(
     fft: Any = import_module("scipy.fft")
     n = fft.next_fast_len(2 * len(one), real=True)
     energies = [
-        _per_octave(np.abs(fft.rfft(h, n)) ** 2, n, sample_rate, centers)
+        octave_energies(np.abs(fft.rfft(h, n)) ** 2, n, sample_rate, centers)
         for h in (one, other)
     ]
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -1,6 +1,5 @@
 """Before a session: find the loopback, set the level, measure noise and distortion."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any
@@ -14,6 +13,7 @@ from capture.session.pairing import bands
 from capture.signal.calibration import pascal_per_unit
 from capture.signal.sweep import synchronized_sweep
 from rir import InterfaceError
+from rir.bands import octave_energies
 
 __all__ = ["Preflight", "find_loopback", "octave_levels"]
 
@@ -251,16 +251,8 @@ def octave_levels(
     """
     fft: Any = import_module("scipy.fft")
     power = 2 * np.abs(fft.rfft(samples)) ** 2 / len(samples) ** 2
-    frequencies = fft.rfftfreq(len(samples), 1 / sample_rate)
-    return np.array(list(_band_levels(power, frequencies, centers)))
-
-
-def _band_levels(
-    power: FloatArray, frequencies: FloatArray, centers: FloatArray
-) -> Iterator[float]:
-    for center in centers:
-        inside = (frequencies >= center / 2**0.5) & (frequencies < center * 2**0.5)
-        yield max(-200.0, float(10 * np.log10(power[inside].sum() + 1e-30)))
+    octaves = octave_energies(power, len(samples), sample_rate, centers)
+    return np.maximum(-200.0, 10 * np.log10(np.maximum(octaves, 0.0) + 1e-30))
 
 
 def lock_settings(config: SessionConfig, found: Preflight) -> dict[str, Any]:

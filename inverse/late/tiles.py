@@ -5,7 +5,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from rooms.bands import band_weights
+from rir.bands import crossover_gains
 
 __all__ = ["Tiles"]
 
@@ -83,7 +83,7 @@ class Tiles:
         if len(self.centers) == 1:
             return np.ones((1, self._length // 2 + 1))
         rate = round(self.sample_rate)
-        return band_weights(tuple(map(float, self.centers)), rate, self._length)
+        return crossover_gains(tuple(map(float, self.centers)), rate, self._length)
 
     def split(self, responses: np.ndarray) -> np.ndarray:
         """Return the octaves of responses, shape (rows, bands, n_samples).

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from analysis import acoustic_parameters, band_parameters
-from analysis.bank import Band, bands_of
 from analysis.hard_cases.bands import BandCase, gated_clarity, score_bands
+from rir.bands import Band, bands_of
 from rir.errors import SignalError
 
 RATE = 48000

@@ -1,7 +1,12 @@
-"""Octave and third-octave bands by one Fourier transform, without delay.
+"""Octave and fractional-octave bands: centres, filters without delay, energies.
 
-Each band is a window on the spectrum with the magnitude of a Butterworth band-pass,
-kept as its complex envelope at just the rate it needs.
+All split sound by windows on its spectrum, so that no band is delayed. The windows
+differ on purpose:
+
+- `Band`: the magnitude of a Butterworth band-pass, as standards ask of parameters;
+- `crossover_gains`: gains of neighbours add up to one, so that sound split into bands
+  is whole again when they are summed (`join_bands`);
+- `octave_energies`: sharp edges, so that each bin's energy counts once.
 """
 
 from collections.abc import Sequence
@@ -13,7 +18,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from rir.errors import SignalError
 
-__all__ = ["Band", "bands_of", "exact_centers"]
+__all__ = [
+    "Band",
+    "bands_of",
+    "crossover_gains",
+    "exact_centers",
+    "join_bands",
+    "octave_centers",
+    "octave_energies",
+    "third_octave_centers",
+]
 
 FloatArray = NDArray[np.float64]
 
@@ -22,7 +36,9 @@ RATIO = 10.0**0.3
 ORDER = 6
 """Butterworth order; 3 would meet class 1, 6 keeps bands narrow to compute."""
 DEPTH = 1e-7
-"""The window is cut where its squared magnitude falls below this."""
+"""The window is cut where its squared magnitude falls below this: at -70 dB."""
+RINGING_S = 0.04
+"""Room behind the samples for what the lowest band's filter rings [s]."""
 
 
 @dataclass(frozen=True)
@@ -140,3 +156,84 @@ def cached_weights(
     frequencies = np.arange(1.0, length // 2 + 1.0) * (rate / length)
     weights = np.stack([band.power(frequencies) for band in bands], axis=-1)
     return (weights * (2.0 / length)).astype(np.float32)
+
+
+def octave_centers(low: float = 125.0, high: float = 8000.0) -> FloatArray:
+    """Return the nominal octave-band centres from `low` to `high` [Hz].
+
+    Examples
+    --------
+    >>> octave_centers(250, 2000).tolist()
+    [250.0, 500.0, 1000.0, 2000.0]
+    """
+    nominal = np.array([16, 31.5, 63, 125, 250, 500, 1e3, 2e3, 4e3, 8e3, 16e3])
+    return nominal[(nominal >= low * 0.99) & (nominal <= high * 1.01)]
+
+
+def third_octave_centers(low: float = 50.0, high: float = 10e3) -> FloatArray:
+    """Return the exact base-ten third-octave centres from `low` to `high` [Hz].
+
+    References
+    ----------
+    IEC 61260-1:2014, clause 5.4: f = 1000 G^(k/3), G = 10^0.3.
+    """
+    first = np.ceil(3 * np.log(low * 0.98 / 1000) / np.log(RATIO))
+    last = np.floor(3 * np.log(high * 1.02 / 1000) / np.log(RATIO))
+    return 1000.0 * RATIO ** (np.arange(first, last + 1) / 3)
+
+
+@lru_cache(maxsize=32)
+def crossover_gains(
+    centers: tuple[float, ...], sample_rate: int, length: int
+) -> FloatArray:
+    """Return the real gain of each band's filter at the bins of a real FFT.
+
+    Neighbours cross over as cos² and sin² of log f, so the gains add to one at
+    every frequency: sound whose bands all have gain 1 comes back untouched. The
+    outermost bands reach down to 0 Hz and up to the Nyquist frequency.
+
+    Returns
+    -------
+    ndarray, shape (bands, length // 2 + 1)
+    """
+    f = np.fft.rfftfreq(length, 1 / sample_rate)
+    place = np.interp(
+        np.log(np.maximum(f, 1e-3)), np.log(centers), np.arange(len(centers))
+    )
+    distance = np.abs(place - np.arange(len(centers))[:, None])
+    return np.where(distance < 1, np.cos(np.pi / 2 * np.minimum(distance, 1)) ** 2, 0)
+
+
+def join_bands(
+    signals: FloatArray, centers: FloatArray, sample_rate: int
+) -> FloatArray:
+    """Filter each band's signal, shape (bands, n), and return their sum, shape (n,)."""
+    from scipy.fft import irfft, next_fast_len, rfft
+
+    n = signals.shape[-1]
+    length = next_fast_len(n + int(RINGING_S * sample_rate), real=True)
+    gains = crossover_gains(tuple(map(float, centers)), sample_rate, length)
+    spectra = np.asarray(rfft(signals, length, axis=-1))
+    return np.asarray(irfft(np.einsum("bf,bf->f", gains, spectra), length))[:n]
+
+
+def octave_energies(
+    power: FloatArray, n_fft: int, sample_rate: int, centers: FloatArray
+) -> FloatArray:
+    """Return the sums of a power spectrum over octaves, shape (octaves,).
+
+    Parameters
+    ----------
+    power : ndarray, shape (n_fft // 2 + 1,)
+        Of the bins of a real transform.
+    n_fft : int
+        Length of the transform.
+    sample_rate : int
+        Rate [Hz].
+    centers : ndarray, shape (octaves,)
+        Octave centres [Hz].
+    """
+    edges = np.stack((centers / np.sqrt(2), centers * np.sqrt(2)))
+    low, high = np.ceil(edges * n_fft / sample_rate).astype(int)
+    total = np.concatenate(([0.0], np.cumsum(power)))
+    return total[np.minimum(high, len(power))] - total[np.minimum(low, len(power))]
