@@ -3,6 +3,8 @@
 A large population of pairs is made once; sessions of 10 to 40 pairs are drawn from it,
 and the intervals of the mean paired distance, the mean un-paired distance and their
 ratio are compared with those of the whole population.
+
+Bar: each interval holds the value of its population in 93 to 97 % of 1,000 sessions.
 """
 
 import argparse

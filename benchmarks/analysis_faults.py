@@ -4,6 +4,8 @@ Sessions of ten pairs in boxes of random size and in the simulated rooms: one pa
 a gain step of 0.5 dB, one displaced by 5 mm, one in air 0.3 K warmer, two whose reverse
 takes are exchanged, one with 25 dB more noise, four without fault (0.02 dB, 0.2 mm,
 0.02 K scatter).
+
+Bar: 95 % of the faults named rightly, at most 1 % of the pairs without fault accused.
 """
 
 import argparse

@@ -1,4 +1,7 @@
-"""Measure how long a reciprocity report takes and how large it is."""
+"""Measure how long a reciprocity report takes and how large it is.
+
+Bar: three rooms of 20 pairs in 20 s and 5 MB; 500 pairs in 2 minutes and 20 MB.
+"""
 
 import argparse
 import json

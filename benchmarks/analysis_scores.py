@@ -2,6 +2,9 @@
 
 Rule: a value within its tight tolerance counts 1, within the just noticeable
 difference 0.5, missing 0; wrong, or a number where none can be known, or a crash -1.
+
+Bar: 99.0 % in total and 98.5 % on fresh draws; 100 % for degenerate input, dtypes,
+scales, shapes and rates; 99 % in octaves; 85 % of the warnings that are due, 1 % false.
 """
 
 import argparse

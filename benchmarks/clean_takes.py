@@ -1,4 +1,7 @@
-"""How often is a clean take flagged? Random rooms, levels, rates and sweeps."""
+"""How often is a clean take flagged? Random rooms, levels, rates and sweeps.
+
+Bar: none of 1,000 flagged.
+"""
 
 import argparse
 import json

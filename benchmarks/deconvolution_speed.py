@@ -1,4 +1,8 @@
-"""How fast is deconvolution, checks included, against pyfar? Both in one run."""
+"""How fast is deconvolution, checks included, against pyfar? Both in one run.
+
+Bar: 3 times pyfar at 32 channels of 12 s; memory at most 1.5 times input and output;
+checks of four channels in a tenth of the take's length.
+"""
 
 import argparse
 import importlib

@@ -1,4 +1,8 @@
-"""Does exchange pay where the paper says so: train vanilla and exchanged, compare."""
+"""Does exchange pay where the paper says so: train vanilla and exchanged, compare.
+
+Bar: mean gains over four networks of 34 % in C50, 31 % in STFT and 30 % in Amp; the
+swap gap falls five times.
+"""
 
 import argparse
 from collections.abc import Sequence

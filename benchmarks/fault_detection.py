@@ -1,5 +1,9 @@
 # ruff: noqa: E501 - the table of faults is one line per fault
-"""How small a fault is found? For each kind: the smallest size, and false alarms."""
+"""How small a fault is found? For each kind: the smallest size, and false alarms.
+
+Bar: found: 1 lost sample, 8 zeroed samples, gain steps of 0.1 dB, drifts of 1 ppm,
+clipping by 0.1 dB; no false alarm.
+"""
 
 import argparse
 import json

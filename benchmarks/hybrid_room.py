@@ -3,6 +3,8 @@
 Mirror paths to order 3, 100,000 rays, 7 octaves, 0.5 s at 16 kHz, one pair, the tail
 included, for several shares of scattering: CPU seconds, interleaved in one process,
 best of several.
+
+Bar: 5 times pyroomacoustics' hybrid.
 """
 
 import argparse

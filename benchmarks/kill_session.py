@@ -4,6 +4,8 @@ Sessions are killed (SIGKILL) and resumed until the asked number of kills is
 reached. After each kill every finished take must still be on the disk, bit for
 bit; at the end of each session the data set must equal an undisturbed one's apart
 from time stamps.
+
+Bar: at 50 kills no finished take lost, none counted twice.
 """
 
 import argparse

@@ -3,6 +3,9 @@
 One emitter and 100 listeners; CPU milliseconds per pair for finding the paths, no
 responses built, best of interleaved runs in one process. Then the paths of random
 pairs in random non-convex rooms are compared with an exhaustive search.
+
+Bar: 20 times pyroomacoustics at order 7, 30 times at order 8; all 1,000 lists of paths
+equal.
 """
 
 import argparse

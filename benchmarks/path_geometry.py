@@ -6,6 +6,9 @@ order 12 and edge diffraction, which the model lacks, and in one case scattering
 with a late part. The same L as drawn on paper 5 cm wrong. Then what must hold no
 wall: noise, and what must not be told wrong: one emitter and eight listeners,
 poses in one plane and on one line. CPU seconds of one thread.
+
+Bar: walls to 5 mm and 0.5 degrees in 1 CPU second from 120 responses; no wall that is
+not there.
 """
 
 import argparse

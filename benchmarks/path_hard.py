@@ -8,6 +8,8 @@ take, a high-pass and a roll-off from 7 kHz, noise at -60 dB of the peak, reflec
 up to order 10 - and poses that are told 3 mm wrong in each coordinate at both ends.
 Fitted to five emitters and to one, asked at emitters never heard, in CPU seconds of
 one thread. The floor is the truth against itself with poses 3 mm off. SIMULATED.
+
+Bar: STFT 0.50, Amp 0.07, Env 0.8, T60 3.5 %, C50 0.3 dB, EDT 5 ms in 30 CPU seconds.
 """
 
 import argparse

@@ -3,6 +3,8 @@
 The truth is a Monte Carlo of particles in two rooms joined by a door: 16 emitters,
 36 listener columns of 1 m, 20 ms bins. Models learn noisy bins of some emitters and
 are asked for the others. SIMULATED.
+
+Bar: 1 dB rms; the sign of the fast slope right in 85 % of the pairs across the door.
 """
 
 import argparse

@@ -6,6 +6,8 @@ high-pass, absorption of energy); five emitters, and one. Then the hard cases, a
 boxes of drawn sizes and walls heard from one or three emitters at drawn places: how
 many have all six walls within 5 mm, and how many of the others say so. CPU seconds of
 one thread, second run of two.
+
+Bar: at unseen emitters -40 dB, C50 0.02 dB and the pattern to 0.01 in 2 CPU seconds.
 """
 
 import argparse

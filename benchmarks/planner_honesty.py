@@ -8,6 +8,8 @@ furniture, with random materials, air, gain patterns, sample rates and lengths.
 `--wide` draws rooms of 2 to 40 m whose surfaces absorb 0.02 to 0.9 each on its own,
 octave by octave; `--first` chooses scenes nothing was ever tuned on. Clarity counts
 from the direct sound and is limited to -30 to 30 dB.
+
+Bar: 99 % of 200 scenes within tolerance.
 """
 
 import argparse

@@ -4,6 +4,9 @@ Segments per CPU second on a mesh of 5,000 triangles; a complete response of the
 L-shaped room with 7 bands against pyroomacoustics' hybrid; energy against
 scattering; the seam between images and rays; Eyring; and the error of parameters
 against the number of rays, with the error that exchanging the ends makes.
+
+Bar: 5 million segments per CPU second among 5,000 triangles; energy constant to 0.05
+dB; Eyring to 5 %; at 10,000 rays Env 0.03 %, T60 0.48 %, C50 0.05 dB, EDT 0.8 ms.
 """
 
 import argparse

@@ -3,6 +3,8 @@
 2050 rays x 64 shells x 1600 samples, batch 4, networks 128 and 512 wide, with the
 sinusoids and with the hash grid; each step runs in a process of its own, whose
 largest resident size (Python and torch included) is told in GB of 10^9 bytes.
+
+Bar: less than 8 GB.
 """
 
 import argparse

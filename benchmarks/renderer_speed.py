@@ -4,6 +4,9 @@ Measured with a part of the rays at the reference size (64 shells, 1600 samples,
 batch 4, networks 128 and 512 wide), at two ray counts, and extrapolated along the
 line through them to 2050 rays; one thread, process CPU seconds, equal encodings,
 all in one run against the naive renderer.
+
+Bar: 2 times naive when exact, 10 times with proposals, 25 times with proposals in
+bfloat16.
 """
 
 import argparse

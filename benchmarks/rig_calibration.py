@@ -1,4 +1,7 @@
-"""Measure how well frame, repeatability and places are found from noisy readings."""
+"""Measure how well frame, repeatability and places are found from noisy readings.
+
+Bar: the frame to 0.3 mm rms from touches with 0.5 mm of noise; sigma to 10 %.
+"""
 
 import argparse
 import itertools

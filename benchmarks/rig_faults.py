@@ -1,4 +1,7 @@
-"""Look for a rig that lies or collides, in random sequences of calls and faults."""
+"""Look for a rig that lies or collides, in random sequences of calls and faults.
+
+Bar: no rule broken in 10,000 sequences.
+"""
 
 import argparse
 import json

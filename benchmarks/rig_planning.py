@@ -1,4 +1,8 @@
-"""Measure how short a plan of pairs is, and how long planning takes."""
+"""Measure how short a plan of pairs is, and how long planning takes.
+
+Bar: travel at most 1.05 times the best of 100,000 random starts; 200 poses among 20
+boxes planned in 2 s.
+"""
 
 import argparse
 import json

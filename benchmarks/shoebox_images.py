@@ -2,6 +2,9 @@
 
 One emitter and 100 listeners in a 6 x 5 x 3 m box with absorption 0.2 at 16 kHz;
 CPU milliseconds per pair, best of several interleaved runs in one process.
+
+Bar: 8 times pyroomacoustics at order 17, 14 times at order 30, 10 times with seven
+bands and air; 3 ms a pair; an error below -90 dB in the band.
 """
 
 import argparse

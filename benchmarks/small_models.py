@@ -6,6 +6,8 @@ amplitudes of 1e-12 and 1e6, NaN in the file, one sample, one emitter, duplicate
 20 ms and 1 s, float16. A draw passes when two training steps have finite losses and
 gradients (none skipped, none mended) and the predictions are finite, or, for NaN, when
 the answer is one clear error. ``--first K --draws 1`` repeats draw K.
+
+Bar: none of 10,000 draws fails.
 """
 
 import argparse

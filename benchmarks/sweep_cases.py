@@ -3,6 +3,8 @@
 Each case is a recording made from a known response; the catalogue follows published
 listings of what goes wrong with sweep measurements: noise, hum, clipping, drifting
 clocks, dropped blocks, clicks, harmonics, short recordings, wrong signals.
+
+Bar: every bad take flagged with its word, every good one recovered, no false flag.
 """
 
 import argparse
