@@ -7,10 +7,28 @@ from analysis.metrics import METRICS
 from rir.errors import SignalError
 from rir.response import as_samples, check_sample_rate
 
-__all__ = ["PAPER_SYMBOLS", "paper_metrics"]
+__all__ = ["PAPER_SYMBOLS", "compared_symbols", "paper_metrics"]
 
 PAPER_SYMBOLS = ("Amp", "Env", "T60", "C50", "EDT", "STFT")
 """The metrics of the paper's tables, in their order."""
+
+
+def compared_symbols(flavour: str) -> tuple[str, ...]:
+    """Return the metrics of a report: the paper's, then those of other packages.
+
+    A metric of another package is left out where it lacks the flavour.
+
+    Examples
+    --------
+    >>> compared_symbols("paper")[:3]
+    ('Amp', 'Env', 'T60')
+    """
+    more = (
+        symbol
+        for symbol, metric in METRICS.items()
+        if symbol not in PAPER_SYMBOLS and flavour in metric.flavours
+    )
+    return (*PAPER_SYMBOLS, *more)
 
 
 def paper_metrics(

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.differences import PAPER_SYMBOLS
+from analysis.differences import compared_symbols
 from analysis.metrics import METRICS
 from analysis.metrics.metric import Features
 from rir.dataset import Dataset
@@ -71,7 +71,7 @@ def measure_pairs(
     dataset: Dataset,
     *,
     flavour: str = "paper",
-    symbols: Sequence[str] = PAPER_SYMBOLS,
+    symbols: Sequence[str] | None = None,
     duration: float | None = None,
     rng: np.random.Generator | None = None,
 ) -> list[RoomDistances]:
@@ -86,8 +86,8 @@ def measure_pairs(
         Sessions with pairs, of one or more rooms.
     flavour : str
         Flavour of the metrics.
-    symbols : sequence of str
-        Metrics to compute.
+    symbols : sequence of str, optional
+        Metrics to compute; :func:`analysis.differences.compared_symbols` by default.
     duration : float, optional
         Compare the first seconds only [s].
     rng : numpy.random.Generator, optional
@@ -103,8 +103,9 @@ def measure_pairs(
     DatasetError
         If no pair is complete.
     """
+    chosen = compared_symbols(flavour) if symbols is None else tuple(symbols)
     compare = _Comparison(
-        dataset, flavour, tuple(symbols), duration, rng or np.random.default_rng(0)
+        dataset, flavour, chosen, duration, rng or np.random.default_rng(0)
     )
     rooms = [
         compare.room(room, kept, excluded)

@@ -47,7 +47,7 @@ class FieldKind:
         return import_module(self.module)
 
 
-FIELDS: Registry[FieldKind] = Registry("field")
+FIELDS: Registry[FieldKind] = Registry("field", "resounding.fields", FieldKind)
 
 
 def _list(name: str, summary: str, citation: str, *, neural: bool = True) -> None:

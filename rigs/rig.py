@@ -141,4 +141,4 @@ class RigKind:
     """Makes the rig from the checked configuration."""
 
 
-RIGS: Registry[RigKind] = Registry("rig")
+RIGS: Registry[RigKind] = Registry("rig", "resounding.rigs", RigKind)

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from rir.errors import (
         ConfigError,
         DatasetError,
+        ExtensionError,
         InterfaceError,
         MissingPartError,
         OutOfReachError,
@@ -41,6 +42,7 @@ __all__ = [
     "DatasetError",
     "DatasetWriter",
     "Environment",
+    "ExtensionError",
     "GainPattern",
     "ImpulseResponse",
     "InterfaceError",
@@ -73,6 +75,7 @@ __getattr__, __dir__ = lazy_names(
         "rir.errors": (
             "ConfigError "
             "DatasetError "
+            "ExtensionError "
             "InterfaceError "
             "MissingPartError "
             "OutOfReachError "

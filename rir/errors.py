@@ -8,6 +8,7 @@ A message says what was asked, what is, and what to do, with numbers and units.
 __all__ = [
     "ConfigError",
     "DatasetError",
+    "ExtensionError",
     "InterfaceError",
     "MissingPartError",
     "OutOfReachError",
@@ -68,6 +69,10 @@ class TrainingError(ResoundingError, RuntimeError):
 
 class MissingPartError(ResoundingError, ImportError):
     """An optional part is not installed; the message says what to install."""
+
+
+class ExtensionError(ResoundingError, ImportError):
+    """What an installed package adds cannot be used; the message names the package."""
 
 
 class UnknownNameError(ResoundingError, KeyError):

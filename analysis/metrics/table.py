@@ -5,4 +5,4 @@ from rir.registry import Registry
 
 __all__ = ["METRICS"]
 
-METRICS: Registry[Metric] = Registry("metric")
+METRICS: Registry[Metric] = Registry("metric", "resounding.metrics", Metric)

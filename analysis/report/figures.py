@@ -40,13 +40,16 @@ def _distances_png(study: RoomStudy, path: Path) -> None:
     from matplotlib.figure import Figure
 
     room = study.distances
-    figure = Figure(figsize=(9, 5), layout="constrained")
-    axes = figure.subplots(2, 3).ravel()
+    rows = -(-len(room.paired) // 3)
+    figure = Figure(figsize=(9, 2.5 * rows), layout="constrained")
+    axes = figure.subplots(rows, 3, squeeze=False).ravel()
+    for axis in axes[len(room.paired) :]:
+        axis.axis("off")
     for axis, (symbol, values) in zip(axes, room.paired.items(), strict=False):
         metric = METRICS[symbol]
-        rows = [values.mean(axis=1), room.unpaired[symbol]]
+        both = [values.mean(axis=1), room.unpaired[symbol]]
         for k, (distances, color) in enumerate(
-            zip(rows, (FORWARD, STRANGER), strict=True)
+            zip(both, (FORWARD, STRANGER), strict=True)
         ):
             kept = metric.table_factor * distances[np.isfinite(distances)]
             lift = k + 0.5 * (0.618 * np.arange(len(kept)) % 1 - 0.5)

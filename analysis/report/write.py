@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from analysis.differences import compared_symbols
 from analysis.metrics import METRICS
 from analysis.report.charts import (
     FORWARD,
@@ -110,11 +111,13 @@ def _write(folder: Path, report: Mapping[str, Any], page: str) -> dict[str, Path
 
 
 def _methods(options: StudyOptions) -> dict[str, str]:
+    compared = compared_symbols(options.flavour)
     methods = {
         f"{symbol} ({metric.flavour(options.flavour).version})": (
             f"{metric.formula}; {metric.flavour(options.flavour).source}"
         )
         for symbol, metric in METRICS.items()
+        if symbol in compared
     }
     length = options.duration
     stated = "as each session states it, see its quality"

@@ -10,4 +10,4 @@ __all__ = ["CHECKS", "Check"]
 
 Check = Callable[[Evidence], Iterator[Verdict]]
 
-CHECKS: Registry[Check] = Registry("check")
+CHECKS: Registry[Check] = Registry("check", "resounding.checks", Callable)

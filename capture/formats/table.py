@@ -36,7 +36,7 @@ class Format:
     write: Callable[[Dataset, Path], None]
 
 
-FORMATS: Registry[Format] = Registry("format")
+FORMATS: Registry[Format] = Registry("format", "resounding.formats", Format)
 
 
 def write_about(dataset: Dataset, folder: Path, **more: Any) -> None:

@@ -43,4 +43,6 @@ class InterfaceKind:
     """Opens it for a session."""
 
 
-INTERFACES: Registry[InterfaceKind] = Registry("audio interface")
+INTERFACES: Registry[InterfaceKind] = Registry(
+    "audio interface", "resounding.interfaces", InterfaceKind
+)

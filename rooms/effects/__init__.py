@@ -3,6 +3,8 @@
 The order of the table is the order in which effects are applied.
 """
 
+from collections.abc import Iterator
+
 from rir import Registry
 from rooms.effects.air import AIR
 from rooms.effects.diffraction import DIFFRACTION
@@ -33,6 +35,28 @@ _ORDER = (
     HARDWARE,
 )
 
-EFFECTS: Registry[Effect] = Registry("effect")
+
+class EffectTable(Registry[Effect]):
+    """The effects in the order in which they are applied.
+
+    Ours stand as they were entered, those of other packages right after the effect
+    that they name.
+    """
+
+    def __iter__(self) -> Iterator[str]:
+        names = list(super().__iter__())
+        order = [name for name in names if not self[name].after]
+        waiting = [name for name in names if self[name].after]
+        while waiting:
+            # Where nothing of that name is, the end must do.
+            near = [name for name in waiting if self[name].after in order] or waiting
+            after = self[near[-1]].after
+            place = order.index(after) + 1 if after in order else len(order)
+            order.insert(place, near[-1])
+            waiting.remove(near[-1])
+        return iter(order)
+
+
+EFFECTS = EffectTable("effect", "resounding.effects", Effect)
 for _effect in _ORDER:
     EFFECTS.add(_effect.name)(_effect)

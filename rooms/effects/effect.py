@@ -106,9 +106,13 @@ class Effect:
         (scene, budget, tolerance) -> Verdict; cheap, never simulates.
     apply : callable
         (scene, sound) -> None; adds itself to the sound.
+    after : str
+        Effect that this one is applied right after; the last one when empty. Only
+        effects of other packages need it: ours stand in their order.
     """
 
     name: str
     summary: str
     needed: Callable[[Scene, Budget, Tolerance], Verdict]
     apply: Callable[[Scene, Sound], None]
+    after: str = ""
