@@ -6,15 +6,11 @@ from typing import Annotated
 
 import typer
 
-from rir.command import run
+from rir.command import make_app, make_console, run
 
 __all__ = ["app", "main"]
 
-app = typer.Typer(
-    add_completion=False,
-    no_args_is_help=True,
-    help="Analyse impulse responses and their reciprocity.",
-)
+app = make_app("Analyse impulse responses and their reciprocity.")
 
 
 @app.command()
@@ -94,16 +90,14 @@ def cost(
     out: Annotated[Path, typer.Option(help="Page to write.")] = Path("cost.html"),
 ) -> None:
     """Draw what accuracy costs in time, with the setting to take."""
-    from rich.console import Console
-
     from analysis.cost import CostCurve, write_cost_page
 
-    screen = Console()
+    screen = make_console()
     curves = [CostCurve.load(path) for path in results]
     for curve in curves:
-        screen.print(curve.sentence, highlight=False, markup=False)
+        screen.out(curve.sentence)
     path = write_cost_page(curves, out)
-    screen.print(f"wrote {path}", highlight=False, markup=False, soft_wrap=True)
+    screen.out(f"wrote {path}")
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -7,11 +7,11 @@ from typing import Annotated
 
 import typer
 
-from rir.command import run
+from rir.command import make_app, run
 
 __all__ = ["main"]
 
-app = typer.Typer(add_completion=False, rich_markup_mode=None)
+app = make_app()
 
 EPILOG = (
     "Further commands: train-field compare CONFIG (models x seeds tables), "

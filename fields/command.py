@@ -23,6 +23,7 @@ from fields.split import Split, split_by_emitter
 from fields.table import FIELDS
 from fields.watching import curve_writer, tell_all, tensorboard_writer, watcher
 from rir import Dataset
+from rir.command import make_console
 from rir.config import dump_yaml
 from rir.errors import ConfigError, TrainingError
 
@@ -78,9 +79,7 @@ def train_and_report(request: Request) -> ResultTable:
     TrainingError
         If the run folder already holds a run and ``--resume`` was not given.
     """
-    from rich.console import Console
-
-    console = Console(quiet=False)
+    console = make_console()
     kind = FIELDS[request.model]
     module = kind.load_module()
     config = model_config(request.model, _settings(request.settings), request.preset)
@@ -97,7 +96,8 @@ def train_and_report(request: Request) -> ResultTable:
         store=folder,
     )
     _write_config(folder, request, config, plan, data)
-    console.print(f"[bold]{dataset.mark}[/bold] data: {split.describe()}")
+    console.out(dataset.mark, style="bold", end=" ")
+    console.out(f"data: {split.describe()}")
     started = time.process_time()
     with progress_bar(console, request.model, quiet=request.quiet) as bar:
         tell = _listeners(request, folder, dataset.mark, bar)
@@ -112,7 +112,7 @@ def train_and_report(request: Request) -> ResultTable:
     console.print(table.rich())
     lines = _summary(request, table, saved, folder, seconds)
     for line in lines + _doubts(field) + _unrest(field):
-        console.print(line, soft_wrap=True, highlight=False)
+        console.out(line)
     return table
 
 

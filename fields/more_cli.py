@@ -5,20 +5,16 @@ from typing import Annotated
 
 import typer
 
+from rir.command import make_app, make_console
+
 __all__ = ["more"]
 
-more = typer.Typer(add_completion=False, rich_markup_mode=None, no_args_is_help=True)
-
-
-@more.callback()
-def _group() -> None:
-    """Compare, time and look at trained fields."""
+more = make_app("Compare, time and look at trained fields.")
 
 
 @more.command("list")
 def list_models() -> None:
     """List the models with their origin."""
-    from rich.console import Console
     from rich.table import Table
 
     from fields.table import FIELDS
@@ -29,7 +25,7 @@ def list_models() -> None:
     for name, kind in FIELDS.items():
         needs = "torch" if kind.neural else "–"
         table.add_row(name, kind.summary, kind.citation, needs)
-    Console().print(table)
+    make_console().print(table)
 
 
 @more.command("compare")
@@ -53,22 +49,18 @@ def compare_models(
     same and diff are built in: three simulated rooms, equal and unequal gain
     patterns, one table for each question. Run again, it goes on where it stopped.
     """
-    from rich.console import Console
-
     from fields.command import parse_seconds
     from fields.compare import compare
     from fields.comparison import load_comparisons
 
-    console = Console()
+    console = make_console()
     seconds = parse_seconds(budget) if budget else None
     for folder, asked in load_comparisons(config, size):
         chosen = asked if seconds is None else asked.with_budget(seconds)
-        for table in compare(
-            chosen, out / folder, lambda line: console.print(line, soft_wrap=True)
-        ):
+        for table in compare(chosen, out / folder, lambda line: console.out(line)):
             console.print(table.rich())
             console.print(table.rich_checks())
-    console.print(f"tables and plots: {out}")
+    console.out(f"tables and plots: {out}")
 
 
 @more.command("map")
@@ -88,7 +80,6 @@ def draw_map(
 ) -> None:
     """Draw loudness and phase over a plane, and check the field's reciprocity."""
     import numpy as np
-    from rich.console import Console
 
     from fields.evaluate import METRIC_UNITS
     from fields.field import load_field
@@ -105,11 +96,12 @@ def draw_map(
     shown.save(target.with_suffix(".npz"))
     gap = check_reciprocity(field, rng=np.random.default_rng(0))
     told = ", ".join(f"{n} {v:.3g} {METRIC_UNITS[n]}".strip() for n, v in gap.items())
-    console = Console()
-    console.print(f"[bold]{field.frame.mark}[/bold] {field.name}: {target}")
+    console = make_console()
+    console.out(field.frame.mark, style="bold", end=" ")
+    console.out(f"{field.name}: {target}")
     for more in draw_more(field, target.parent):
-        console.print(f"also drawn: {more}", soft_wrap=True)
-    console.print(f"swapping the ends changes: {told}", soft_wrap=True)
+        console.out(f"also drawn: {more}")
+    console.out(f"swapping the ends changes: {told}")
 
 
 def _position(text: str) -> list[float]:
@@ -135,14 +127,13 @@ def show_cost(
 ) -> None:
     """Measure each metric against the seconds of training."""
     import yaml
-    from rich.console import Console
 
     from analysis.cost import write_cost_page
     from fields.command import parse_seconds
     from fields.cost import measure_training
     from fields.sets import open_bench
 
-    console = Console()
+    console = make_console()
     bench = open_bench(dataset, dataset.stem)
     turned = [yaml.safe_load(one) for one in values.split(",") if one]
     seconds = [parse_seconds(one) for one in budgets.split(",")]
@@ -150,6 +141,7 @@ def show_cost(
     for curve in curves:
         name = curve.quantity.replace("*", "-true").lower()
         curve.save(out / f"cost-{name}.json")
-        console.print(curve.sentence, soft_wrap=True)
+        console.out(curve.sentence)
     page = write_cost_page(curves, out / "cost.html")
-    console.print(f"[bold]{bench.mark}[/bold] curves: {page}")
+    console.out(bench.mark, style="bold", end=" ")
+    console.out(f"curves: {page}")

@@ -28,11 +28,13 @@ def progress_bar(
     from rich import progress as bars
 
     columns = (
-        bars.TextColumn("{task.description}"),
+        bars.TextColumn("{task.description}", markup=False),
         bars.BarColumn(),
         bars.TaskProgressColumn(),
-        bars.TextColumn("step {task.fields[step]} loss {task.fields[loss]:.4g}"),
-        bars.TextColumn("{task.fields[curves]}"),
+        bars.TextColumn(
+            "step {task.fields[step]} loss {task.fields[loss]:.4g}", markup=False
+        ),
+        bars.TextColumn("{task.fields[curves]}", markup=False),
         bars.TimeRemainingColumn(),
     )
     with bars.Progress(*columns, console=console, disable=quiet) as bar:

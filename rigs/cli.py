@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rir.command import run
+from rir.command import make_app, make_console, run
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -18,12 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["app", "main"]
 
-app = typer.Typer(
-    add_completion=False,
-    rich_markup_mode=None,
-    no_args_is_help=True,
-    help="Look after the rigs that carry loudspeaker and microphone.",
-)
+app = make_app("Look after the rigs that carry loudspeaker and microphone.")
 File = Annotated[Path, typer.Argument(help="Rig file (YAML), or the name of a preset.")]
 Yes = Annotated[bool, typer.Option("--yes", help="Consent to homing beforehand.")]
 
@@ -38,24 +33,19 @@ class Carrier(StrEnum):
 Which = Annotated[Carrier, typer.Option("--carrier", help="Which carrier.")]
 
 
-def _console() -> "Console":
-    from rich.console import Console
-
-    return Console(highlight=False)
-
-
 def _open(file: Path, *, yes: bool = False) -> "Carriers":
     """Load a rig file, say loudly whether it is simulated, connect."""
     from rigs.rigfile import find_rig_file, load_rig
 
-    console = _console()
+    console = make_console()
 
     def ask(question: str) -> bool:
         return yes or typer.confirm(question)
 
-    carriers = load_rig(find_rig_file(file), ask=ask, tell=console.print)
+    carriers = load_rig(find_rig_file(file), ask=ask, tell=console.out)
     if carriers.simulated:
-        console.print("[bold yellow]SIMULATED[/] rig: nothing real moves")
+        console.out("SIMULATED", style="bold yellow", end=" ")
+        console.out("rig: nothing real moves")
     return carriers
 
 
@@ -75,7 +65,7 @@ def _show(console: "Console", carriers: "Carriers") -> None:
     for name, rig in zip(("emitter", "listener"), carriers.rigs, strict=True):
         pose = rig.where()
         where = f"at {pose}" if pose is not None else f"unknown: {rig.trouble()}"
-        console.print(f"{name} ({rig.name}): {where}")
+        console.out(f"{name} ({rig.name}): {where}")
 
 
 def _pose(text: str) -> "Pose":
@@ -95,12 +85,12 @@ def ports() -> None:
     """List the serial ports there are."""
     from rigs.dialogue.line import list_ports
 
-    console = _console()
+    console = make_console()
     found = list_ports()
     for port, description in found:
-        console.print(f"{port}  {description}")
+        console.out(f"{port}  {description}")
     if not found:
-        console.print("no serial port is known; sockets work as socket://host:port")
+        console.out("no serial port is known; sockets work as socket://host:port")
 
 
 @app.command()
@@ -109,16 +99,16 @@ def kinds() -> None:
     from rigs.kinds import RIGS
     from rigs.rigfile import preset_names
 
-    console = _console()
+    console = make_console()
     for name, kind in RIGS.items():
-        console.print(f"{name:<10} {kind.about}")
-    console.print("presets: " + ", ".join(preset_names()))
+        console.out(f"{name:<10} {kind.about}")
+    console.out("presets: " + ", ".join(preset_names()))
 
 
 @app.command()
 def connect(file: File) -> None:
     """Connect, read the controllers, and say what they are; move nothing."""
-    console = _console()
+    console = make_console()
     carriers = _open(file)
     try:
         for rig in carriers.rigs:
@@ -135,7 +125,7 @@ def home(file: File, yes: Yes = False) -> None:
     carriers = _open(file, yes=yes)
     try:
         _home(carriers, yes=yes)
-        _show(_console(), carriers)
+        _show(make_console(), carriers)
     finally:
         carriers.close()
 
@@ -143,13 +133,13 @@ def home(file: File, yes: Yes = False) -> None:
 @app.command()
 def confirm(file: File, yes: Yes = False) -> None:
     """Visit the reference switches and find out whether steps were lost."""
-    console = _console()
+    console = make_console()
     carriers = _open(file, yes=yes)
     try:
         _home(carriers, yes=yes)
         for rig, drift in zip(carriers.rigs, carriers.confirm(), strict=True):
             known = f"{1e6 * drift:.0f} µm" if drift == drift else "cannot be told"
-            console.print(f"{rig.name}: drift {known}")
+            console.out(f"{rig.name}: drift {known}")
     finally:
         carriers.close()
 
@@ -159,7 +149,7 @@ def where(file: File) -> None:
     """Say where the carriers are, and draw it."""
     from rigs.operation.planview import coloured, plan_of
 
-    console = _console()
+    console = make_console()
     carriers = _open(file)
     try:
         for rig in carriers.rigs:
@@ -184,7 +174,7 @@ def move(
     from rigs.operation.planview import coloured, plan_of
 
     goal = _pose(emitter), _pose(listener)
-    console = _console()
+    console = make_console()
     carriers = _open(file, yes=yes)
     try:
         carriers.check(*goal)
@@ -208,15 +198,15 @@ def order(
     from rigs.operation.planview import coloured, plan_of
     from rigs.rigfile import load_pairs
 
-    console = _console()
+    console = make_console()
     carriers = _open(file)
     try:
         listed = load_pairs(pairs)
         visits = carriers.order(listed)
         for k, swapped in zip(visits.order, visits.swapped, strict=True):
             a, b = listed[k][::-1] if swapped else listed[k]
-            console.print(f"pair {k + 1}: emitter first at {a}, listener at {b}")
-        console.print(f"travel of both carriers: {visits.travel:.2f} m")
+            console.out(f"pair {k + 1}: emitter first at {a}, listener at {b}")
+        console.out(f"travel of both carriers: {visits.travel:.2f} m")
         console.print(coloured(plan_of(carriers, listed)))
     finally:
         carriers.close()
@@ -235,7 +225,7 @@ def jog(
     carriers = _open(file, yes=yes)
     try:
         _home(carriers, yes=yes)
-        jog_by_keys(_rig(carriers, carrier), step / 1000.0, _console().print)
+        jog_by_keys(_rig(carriers, carrier), step / 1000.0, make_console().out)
     finally:
         carriers.close()
 
@@ -250,15 +240,15 @@ def survey(
     from rigs.calibration.frame import fit_frame
     from rigs.rigfile import load_points
 
-    console = _console()
+    console = make_console()
     touched, surveyed = load_points(points)
     fit = fit_frame(touched, surveyed)
     for k, gap in enumerate(fit.residuals):
-        console.print(f"point {k + 1}: {1000 * gap:.2f} mm off")
-    console.print(f"residual: {1000 * fit.rms:.2f} mm rms; for the rig file:")
+        console.out(f"point {k + 1}: {1000 * gap:.2f} mm off")
+    console.out(f"residual: {1000 * fit.rms:.2f} mm rms; for the rig file:")
     origin = [round(float(value), 5) for value in fit.frame.origin]
     turn = [round(float(value), 7) for value in fit.frame.orientation]
-    console.print(f"  frame: {{origin_m: {origin}, orientation: {turn}}}", markup=False)
+    console.out(f"  frame: {{origin_m: {origin}, orientation: {turn}}}")
 
 
 @app.command("self-test")
@@ -271,12 +261,12 @@ def self_test(
     """Home, visit random poses, come back, and check that nothing was lost."""
     from rigs.operation.selftest import visit_random_poses
 
-    console = _console()
+    console = make_console()
     carriers = _open(file, yes=yes)
     try:
         _home(carriers, yes=yes)
-        worst = visit_random_poses(carriers, count, seed, console.print)
-        console.print(f"passed: {count} poses, largest error {1e6 * worst:.0f} µm")
+        worst = visit_random_poses(carriers, count, seed, console.out)
+        console.out(f"passed: {count} poses, largest error {1e6 * worst:.0f} µm")
     finally:
         carriers.close()
 
@@ -292,7 +282,7 @@ def simulate(
     from rigs.kinds.grbl import USUAL_SETTINGS
 
     terminal = PseudoTerminal(GrblFirmware(USUAL_SETTINGS), FastClock(rate))
-    _console().print(f"SIMULATED Grbl 1.1h at {terminal.port}; Ctrl-C ends it")
+    make_console().out(f"SIMULATED Grbl 1.1h at {terminal.port}; Ctrl-C ends it")
     try:
         terminal.wait()
     finally:

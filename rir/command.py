@@ -1,21 +1,62 @@
-"""How every command of the project starts and ends."""
+"""How every command of the project starts, shows and ends."""
 
 import os
 import sys
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Any
 
 from rir.errors import ResoundingError
 
 if TYPE_CHECKING:
     import typer
+    from rich.console import Console
 
-__all__ = ["EXIT_DONE", "EXIT_ERROR", "EXIT_INTERRUPTED", "EXIT_USAGE", "run"]
+__all__ = [
+    "EXIT_DONE",
+    "EXIT_ERROR",
+    "EXIT_INTERRUPTED",
+    "EXIT_USAGE",
+    "make_app",
+    "make_console",
+    "run",
+]
 
 EXIT_DONE = 0
 EXIT_ERROR = 1
 EXIT_USAGE = 2
 EXIT_INTERRUPTED = 130
+
+
+def make_app(about: str = "") -> "typer.Typer":
+    """Return an empty application in the one style of help.
+
+    Help is plain text, so that ``[m]`` is a unit and no mark-up; a command with
+    sub-commands shows it when called without any.
+
+    Parameters
+    ----------
+    about : str
+        What a command with sub-commands is for; one without has its docstring.
+    """
+    import typer
+
+    return typer.Typer(
+        help=about or None,
+        add_completion=False,
+        no_args_is_help=True,
+        rich_markup_mode=None,
+    )
+
+
+def make_console() -> "Console":
+    """Return the terminal as every command writes to it.
+
+    Nothing in a text is read as mark-up: a unit in square brackets stays. Lines go
+    out with ``out``, which does not break them; tables with ``print``.
+    """
+    from rich.console import Console
+
+    return Console(markup=False, highlight=False, emoji=False)
 
 
 def run(app: "typer.Typer", argv: Sequence[str] | None = None, prog: str = "") -> int:
@@ -36,6 +77,7 @@ def run(app: "typer.Typer", argv: Sequence[str] | None = None, prog: str = "") -
     import typer
 
     command = typer.main.get_command(app)
+    command.params.append(_version_option())
     try:
         code = command.main(
             args=list(sys.argv[1:] if argv is None else argv),
@@ -56,6 +98,36 @@ def run(app: "typer.Typer", argv: Sequence[str] | None = None, prog: str = "") -
     if code == EXIT_INTERRUPTED:
         return _tell(f"{prog}: interrupted", EXIT_INTERRUPTED)
     return code if isinstance(code, int) else EXIT_DONE
+
+
+def _version_option() -> Any:
+    """Return ``--version``, which every command has beside its own options."""
+    import typer
+
+    def show(context: typer.Context, wanted: bool) -> None:
+        if wanted:
+            from rir.records import software_version
+
+            typer.echo(f"{context.find_root().info_name}: {software_version()}")
+            raise typer.Exit
+
+    def bare(
+        version: Annotated[
+            bool,
+            typer.Option(
+                "--version",
+                help="Show the version and exit.",
+                is_eager=True,
+                expose_value=False,
+                callback=show,
+            ),
+        ] = False,
+    ) -> None: ...
+
+    # Typer's own way to an option: it is read off a function.
+    app = make_app()
+    app.command()(bare)
+    return typer.main.get_command(app).params[0]
 
 
 def _end(error: Exception, prog: str) -> int:

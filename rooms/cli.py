@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rir.command import run
+from rir.command import make_app, make_console, run
 
 if TYPE_CHECKING:
     from rooms.scene import Scene
 
 __all__ = ["app", "main"]
 
-app = typer.Typer(add_completion=False, no_args_is_help=True)
+app = make_app()
 
 
 @app.command()
@@ -148,15 +148,13 @@ def _carry_out(
     out: Path | None,
 ) -> None:
     """Explain, measure the cost, or simulate, show and write."""
-    from rich.console import Console
-
     from rooms.display import describe_scene, error_line, parameter_table, plan_table
     from rooms.plan import plan_effects
     from rooms.simulation import simulate
 
     explain, cost, parameters = wanted
-    console = Console()
-    console.print(describe_scene(scene))
+    console = make_console()
+    console.print(describe_scene(scene), soft_wrap=True)
     plan = plan_effects(scene, **options, **overrides)
     if explain:
         console.print(plan_table(plan))
@@ -166,16 +164,16 @@ def _carry_out(
     if explain and out is None and not parameters:
         return
     result = simulate(scene, *places, **options, **effort, plan=plan)
-    console.print(f"effects: {', '.join(plan.on)}")
-    console.print(error_line(result))
+    console.out(f"effects: {', '.join(plan.on)}")
+    console.out(error_line(result))
     shape = "emitters x listeners x samples"
-    console.print(f"{result.responses.shape} responses ({shape}), SIMULATED")
+    console.out(f"{result.responses.shape} responses ({shape}), SIMULATED")
     if parameters:
         console.print(parameter_table(result, scene, *places))
     if out is not None:
         from rooms.writing import write_simulation
 
-        console.print(f"wrote {write_simulation(result, scene, *places, out)}")
+        console.out(f"wrote {write_simulation(result, scene, *places, out)}")
 
 
 def _places(
@@ -238,10 +236,10 @@ def _show_cost(
         )
     for curve in curves:
         console.print(cost_table(curve))
-        console.print(curve.sentence)
+        console.out(curve.sentence)
         if out is not None:
             stem = f"{out.stem}-{curve.knob}.json"
-            console.print(f"wrote {curve.save(out.with_name(stem))}")
+            console.out(f"wrote {curve.save(out.with_name(stem))}")
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rir.command import run
+from rir.command import make_app, make_console, run
 
 if TYPE_CHECKING:
     from rooms.factory import Recipe
 
 __all__ = ["app", "main"]
 
-app = typer.Typer(add_completion=False, no_args_is_help=True)
+app = make_app()
 
 
 @app.command()
@@ -66,19 +66,18 @@ def make_dataset(
 def _carry_out(
     recipe: "Recipe", target: Path, workers: int, scheduler: str | None, dry_run: bool
 ) -> None:
-    from rich.console import Console
     from rich.progress import Progress
 
     from rooms.display import describe_scene, plan_table
     from rooms.factory import make_dataset
 
-    console = Console()
+    console = make_console()
     bench = recipe.open()
-    console.print(describe_scene(bench.scene))
+    console.print(describe_scene(bench.scene), soft_wrap=True)
     layout = bench.layout
     samples = round(recipe.duration * recipe.sample_rate)
     size = 4 * samples * len(layout) / 1e6
-    console.print(
+    console.out(
         f"{len(layout.emitters)} emitters ({layout.training} for training) x"
         f" {len(layout.listeners)} listeners = {len(layout)} responses of {samples}"
         f" samples, {size:.0f} MB, gains {recipe.gains}, SIMULATED"
@@ -94,7 +93,7 @@ def _carry_out(
 
         options = {"workers": workers, "scheduler": scheduler}
         made = make_dataset(recipe, target, tell=tell, **options)
-    console.print(f"wrote {made}")
+    console.out(f"wrote {made}")
 
 
 def main(argv: Sequence[str] | None = None) -> int:

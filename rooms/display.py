@@ -12,6 +12,7 @@ from rooms.scene import Scene
 
 if TYPE_CHECKING:
     from rich.table import Table
+    from rich.text import Text
 
     from rooms.simulation import Simulation
 
@@ -26,28 +27,31 @@ __all__ = [
 FloatArray = NDArray[np.float64]
 
 
-def describe_scene(scene: Scene) -> str:
+def describe_scene(scene: Scene) -> "Text":
     """Return two lines about a scene, marked as simulated."""
+    from rich.text import Text
+
     size = " x ".join(f"{length:.2f}" for length in np.asarray(scene.geometry.size))
     decay = scene.eyring_t60()
     low, high = (f"{value:.2f}" for value in (decay.min(), decay.max()))
     lines = [
-        f"[bold red]SIMULATED[/] {scene.name}: {size} m,"
-        f" {scene.geometry.volume:.1f} m³, Eyring T60 {low}…{high} s"
+        f" {scene.name}: {size} m, {scene.geometry.volume:.1f} m³, Eyring T60"
+        f" {low}…{high} s"
     ]
     lines += [f"  note: {remark}" for remark in scene.remarks]
-    return "\n".join(lines)
+    return Text.assemble(("SIMULATED", "bold red"), "\n".join(lines))
 
 
 def plan_table(plan: Plan) -> "Table":
     """Return the plan: effect, on or off, why, error if off, cost."""
     from rich.table import Table
+    from rich.text import Text
 
     table = Table(title="Effects (SIMULATED)")
     for heading in ("effect", "", "why", "predicted error if off", "cost / pair"):
         table.add_column(heading)
     for name, verdict in plan.verdicts.items():
-        mark = "[green]on[/]" if verdict.on else "off"
+        mark = Text("on", "green") if verdict.on else "off"
         cost = f"{1000 * verdict.cost_s:.1f} ms" if verdict.on else "0"
         table.add_row(name, mark, verdict.reason, verdict.shown_errors, cost)
     return table
@@ -70,13 +74,14 @@ def error_line(result: "Simulation") -> str:
 def cost_table(curve: CostCurve) -> "Table":
     """Return one knob's settings with the recommended one marked."""
     from rich.table import Table
+    from rich.text import Text
 
     table = Table(title=f"{curve.knob} ({curve.mark})")
     quantity = f"error of {curve.quantity} [{curve.unit}]"
     for heading in ("setting", f"CPU ms / {curve.per}", quantity, ""):
         table.add_column(heading, justify="right")
     for k, p in enumerate(curve.points):
-        mark = "[green]recommended[/]" if k == curve.knee else ""
+        mark = Text("recommended", "green") if k == curve.knee else ""
         table.add_row(p.setting, f"{1000 * p.seconds:.3g}", f"{p.error:.3g}", mark)
     return table
 

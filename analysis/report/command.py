@@ -4,10 +4,9 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
-from rich.console import Console
-
 from analysis.report.study import StudyOptions
 from analysis.report.write import write_report
+from rir.command import make_console
 from rir.dataset import Dataset
 from rir.errors import DatasetError
 
@@ -21,12 +20,11 @@ def make_report(
     title: str,
     options: StudyOptions,
     figures: bool = False,
-    console: Console | None = None,
 ) -> dict[str, Path]:
     """Write the report and say where it is."""
     import json
 
-    screen = console or Console()
+    screen = make_console()
     first = Path(sessions[0])
     folder = out or (first if first.is_dir() else first.parent) / "report"
     paths = write_report(
@@ -38,11 +36,11 @@ def make_report(
         created_utc=datetime.now(UTC).isoformat(timespec="seconds"),
     )
     said = json.loads(paths["json"].read_text(encoding="utf-8"))
-    screen.print(f"[bold]{said['mark']}[/bold]")
+    screen.out(said["mark"], style="bold")
     for line in said["verdicts"]:
-        screen.print(line, highlight=False, markup=False)
+        screen.out(line)
     for path in paths.values():
-        screen.print(f"wrote {path}", highlight=False, markup=False, soft_wrap=True)
+        screen.out(f"wrote {path}")
     return paths
 
 
@@ -72,15 +70,13 @@ def compare_two(first: Path, second: Path, out: Path, seed: int) -> Path:
 
     reports = [load_report(path) for path in (first, second)]
     lines = compare_reports(reports[0], reports[1], np.random.default_rng(seed))
-    screen = Console()
+    screen = make_console()
     for line in lines:
-        screen.print(
+        screen.out(
             f"{line['room']} {line['metric']}: {number(line['first'])} -> "
             f"{number(line['second'])} {line['unit']}, factor {number(line['change'])} "
-            f"({number(line['low'])} to {number(line['high'])}): {line['words']}",
-            highlight=False,
-            markup=False,
+            f"({number(line['low'])} to {number(line['high'])}): {line['words']}"
         )
     path = write_comparison(lines, (str(first), str(second)), out)
-    screen.print(f"wrote {path}", highlight=False, markup=False, soft_wrap=True)
+    screen.out(f"wrote {path}")
     return path

@@ -4,12 +4,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 
 from analysis.report.tables import number
 from analysis.table.parameters_table import SYMBOLS, UNITS, tabulate_files, write_table
 from analysis.table.strength_column import UNKNOWN, read_reference
+from rir.command import make_console
 
 __all__ = ["show_parameters"]
 
@@ -23,29 +23,26 @@ def show_parameters(
     out: Path | None,
     reference: Path | None = None,
     reference_distance: float | None = None,
-    console: Console | None = None,
 ) -> list[dict[str, Any]]:
     """Print the parameters of files, and write them if asked to."""
-    screen = console or Console()
+    screen = make_console()
     free = None
     if reference is not None:
         free = read_reference(reference, reference_distance)
     lines = tabulate_files(files, bands, free)
     for name in dict.fromkeys(line["file"] for line in lines[:SHOWN]):
         own = [line for line in lines[:SHOWN] if line["file"] == name]
-        screen.print(f"{name} {own[0]['mark']}", highlight=False, markup=False)
+        screen.out(f"{name} {own[0]['mark']}")
         screen.print(_table(own, bands != "none"))
     if len(lines) > SHOWN:
-        screen.print(
-            f"and {len(lines) - SHOWN} more lines; --out table.csv has them all"
-        )
+        screen.out(f"and {len(lines) - SHOWN} more lines; --out table.csv has them all")
     if any(line["reasons"] for line in lines):
-        screen.print("–: undetermined; --out writes the reasons", highlight=False)
+        screen.out("–: undetermined; --out writes the reasons")
     if any(line["reasons"].get("G") == UNKNOWN for line in lines):
-        screen.print(f"G: {UNKNOWN}", highlight=False, markup=False)
+        screen.out(f"G: {UNKNOWN}")
     if out is not None:
         path = write_table(lines, out)
-        screen.print(f"wrote {path}", highlight=False, markup=False, soft_wrap=True)
+        screen.out(f"wrote {path}")
     return lines
 
 

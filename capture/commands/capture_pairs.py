@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rir.command import run
+from rir.command import make_app, make_console, run
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["app", "main"]
 
-app = typer.Typer(add_completion=False, rich_markup_mode=None)
+app = make_app()
 
 
 class Pattern(StrEnum):
@@ -163,9 +163,7 @@ def capture_pairs(
 
     Rig and audio interface are SIMULATED unless --device and --rig say otherwise.
     """
-    from rich.console import Console
-
-    console = Console()
+    console = make_console()
     if list_devices:
         _list_devices(console)
         return
@@ -233,7 +231,7 @@ def _capture(
         return
     config = None if folder.exists else plan_session(request)
     shown = config or folder.load_config()
-    console.print(f"session folder {folder.path}", highlight=False, soft_wrap=True)
+    console.out(f"session folder {folder.path}")
     plain, yes = manner
     with make_display(console, simulated=shown.simulated, plain=plain) as display:
         path = run_session(folder, config, display, yes=yes)
@@ -245,17 +243,15 @@ def _say_complete(folder: "SessionFolder", console: "Console") -> None:
 
     if not folder.dataset_path.exists():
         build_dataset(folder)
-    console.print(
+    console.out(
         f"{folder.path} is complete already: {folder.dataset_path}\n"
-        "(give another --out for a new session)",
-        highlight=False,
-        soft_wrap=True,
+        "(give another --out for a new session)"
     )
 
 
 def _say_written(path: Path, simulated: bool, console: "Console") -> None:
     mark = "SIMULATED" if simulated else "MEASURED"
-    console.print(f"{mark} data set written: {path}", highlight=False, soft_wrap=True)
+    console.out(f"{mark} data set written: {path}")
 
 
 def _rebuild(path: Path, console: "Console") -> None:
@@ -287,7 +283,7 @@ def _dry_run(request: Any, console: "Console") -> None:
     if len(config.channels.loudspeakers) > 1:
         lines.append(_overlap_line(config))
     for line in lines:
-        console.print(line, highlight=False, soft_wrap=True, markup=False)
+        console.out(line)
 
 
 def _overlap_line(config: "SessionConfig") -> str:
@@ -310,10 +306,9 @@ def _list_devices(console: "Console") -> None:
 
     rows = find_devices()
     if not rows:
-        console.print(
+        console.out(
             "PortAudio sees no audio device: plug one in, or start the JACK server, "
-            "and list again",
-            soft_wrap=True,
+            "and list again"
         )
         return
     table = Table("device", "host API", "in", "out", "rate [Hz]", box=None)
@@ -347,12 +342,12 @@ def _check(request: Any, console: "Console", calibrator_db: float | None) -> Non
     finally:
         interface.close()
     for line in found.lines:
-        console.print(line, highlight=False, soft_wrap=True, markup=False)
+        console.out(line)
     if found.problems:
         raise InterfaceError("; ".join(found.problems))
     path = Path("checked.yaml")
     write_text(path, dump_yaml(lock_settings(config, found)))
-    console.print(f"settings locked in {path}: measure with --config {path}")
+    console.out(f"settings locked in {path}: measure with --config {path}")
 
 
 def _cost(request: Any, out: Path | None, console: "Console") -> None:
@@ -363,17 +358,17 @@ def _cost(request: Any, out: Path | None, console: "Console") -> None:
 
     config = plan_session(request)
     folder = out or Path(f"cost-{config.room.name}")
-    console.print(assumed_line(config), highlight=False, soft_wrap=True)
+    console.out(assumed_line(config))
     curves = []
     for knob, pair in measure_session(config).items():
         console.print(cost_table(pair))
         for curve in pair:
-            console.print(curve.sentence, highlight=False, soft_wrap=True)
+            console.out(curve.sentence)
             name = f"{knob}-{curve.quantity}".replace(" ", "-")
             curve.save(folder / f"{name}.json")
         curves += pair
     page = write_cost_page(curves, folder / "cost.html")
-    console.print(f"SIMULATED curves: {page}", highlight=False, soft_wrap=True)
+    console.out(f"SIMULATED curves: {page}")
 
 
 def _asker(console: "Console") -> Any:

@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rir.command import run
+from rir.command import make_app, run
 
 if TYPE_CHECKING:
     from rir import Dataset
 
 __all__ = ["app", "main"]
 
-app = typer.Typer(add_completion=False, rich_markup_mode=None)
+app = make_app()
 
 
 @app.command()

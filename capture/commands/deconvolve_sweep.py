@@ -6,14 +6,14 @@ from typing import Annotated, Any
 
 import typer
 
-from rir.command import run
+from rir.command import make_app, make_console, run
 
 __all__ = ["app", "main"]
 
 SPOILED = 3
 """Exit code of --strict: written, but not to be trusted."""
 
-app = typer.Typer(add_completion=False, no_args_is_help=True)
+app = make_app()
 
 
 @app.command()
@@ -69,14 +69,12 @@ def deconvolve_sweep(
 
 
 def _tell(results: Sequence[Any], out: Path) -> None:
-    from rich.console import Console
-
-    console = Console(soft_wrap=True, highlight=False)
+    console = make_console()
     for number, result in enumerate(results, start=1):
         name = f"sweep {number}: " if len(results) > 1 else ""
-        console.print(f"{name}{result.response.shape[-1]} samples each")
+        console.out(f"{name}{result.response.shape[-1]} samples each")
         if result.latency == result.latency:
-            console.print(
+            console.out(
                 f"  latency {result.latency:.3f} samples, "
                 f"drift {result.drift_ppm:+.3f} ppm"
             )
@@ -85,13 +83,13 @@ def _tell(results: Sequence[Any], out: Path) -> None:
             told = ", ".join(
                 "-" if value is None else f"{value:.0f}" for value in values
             )
-            console.print(f"  impulse to noise ratio at {octave} Hz: {told} dB")
+            console.out(f"  impulse to noise ratio at {octave} Hz: {told} dB")
         for verdict in result.verdicts:
             word = "FLAG" if verdict.hard else "mark"
-            console.print(f"  {word} {verdict.word}: {verdict.text}", markup=False)
+            console.out(f"  {word} {verdict.word}: {verdict.text}")
         if not result.verdicts:
-            console.print("  no flags")
-    console.print(f"MEASURED responses written to {out}")
+            console.out("  no flags")
+    console.out(f"MEASURED responses written to {out}")
 
 
 def main(argv: Sequence[str] | None = None) -> int:

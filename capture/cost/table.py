@@ -29,6 +29,7 @@ def assumed_line(config: SessionConfig) -> str:
 def cost_table(curves: Sequence[CostCurve]) -> "Table":
     """Return the settings of one knob with the error of each quantity."""
     from rich.table import Table
+    from rich.text import Text
 
     first = curves[0]
     table = Table(title=f"{first.knob} ({first.mark})")
@@ -43,6 +44,6 @@ def cost_table(curves: Sequence[CostCurve]) -> "Table":
             point.setting,
             f"{point.seconds:.3g}",
             *(curve.shown(curve.points[k].error) for curve in curves),
-            f"[green]take for {', '.join(words)}[/]" if words else "",
+            Text(f"take for {', '.join(words)}", "green") if words else "",
         )
     return table

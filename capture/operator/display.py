@@ -110,7 +110,7 @@ class PlainDisplay:
 
     def say(self, text: str, style: str = "") -> None:
         """Print one line."""
-        self.console.print(text, style=style, highlight=False, soft_wrap=True)
+        self.console.out(text, style=style or None, highlight=False)
 
     def ask(self, text: str) -> str:
         """Show a text, wait for a line and return it.

@@ -164,18 +164,20 @@ class LiveScreen(PlainDisplay):
         """Return the screen as it is now."""
         from rich.console import Group
         from rich.panel import Panel
+        from rich.text import Text
 
         mark = "[bold red]SIMULATED[/] " if self.simulated else "[bold]MEASURED[/] "
         style = STATES[self.state]
         head = (
-            f"{mark}[{style}] {self.state} [/]  [bold]{self.place}[/]  take "
+            f"{mark}[{style}] {self.state} [/]  [bold]{_plain(self.place)}[/]  take "
             f"{min(self.takes_done + 1, self.takes)}/{self.takes}  {self._time_left()}"
         )
         parts = [head, *self._meters(), self._sweep(), *self._cards(), self._pairs()]
         if self.temperatures:
             now = self.temperatures[-1]
             parts.append(f"air {now:.2f} °C {sparkline(list(self.temperatures))}")
-        return Panel(Group(*parts, *self.log), title="capture-pairs", width=100)
+        lines = (Text.from_markup(part) for part in (*parts, *self.log))
+        return Panel(Group(*lines), title="capture-pairs", width=100)
 
     def _time_left(self) -> str:
         elapsed = time_text(self.now() - self.begun)
@@ -202,7 +204,8 @@ class LiveScreen(PlainDisplay):
         return cards
 
     def _pairs(self) -> str:
-        marks = " ".join(f"{name}{mark}" for name, mark in self.verdicts.items())
+        verdicts = self.verdicts.items()
+        marks = _plain(" ".join(f"{name}{mark}" for name, mark in verdicts))
         return f"pairs: {marks}" if len(marks) < 400 else f"pairs: {self._counts()}"
 
     def _counts(self) -> str:
