@@ -1,1 +1,1 @@
-"""capture/commands."""
+"""The commands of the package, one a file."""

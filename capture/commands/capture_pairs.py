@@ -219,7 +219,7 @@ def _capture(
 ) -> None:
     from datetime import date
 
-    from capture.operator.display import make_display
+    from capture.operator import make_display
     from capture.session.run import run_session
     from capture.session.start import choose_folder, is_complete, is_sound, plan_session
 
@@ -265,13 +265,14 @@ def _rebuild(path: Path, console: "Console") -> None:
 
 def _dry_run(request: Any, console: "Console") -> None:
     from capture.devices.stage import build_mover
-    from capture.operator.display import make_display, time_text
+    from capture.operator import make_display
+    from capture.operator.display import time_text
     from capture.session.run import check_plan
     from capture.session.start import plan_session
 
     config = plan_session(request)
     display = make_display(console, simulated=config.simulated, plain=True)
-    plan = check_plan(config, build_mover(config, voice=display))
+    plan = check_plan(config, build_mover(config, operator=display))
     lines = [f"{number:4d}  {step}" for number, step in enumerate(plan, start=1)]
     takes = sum(step.takes for step in plan.measures)
     mark = "SIMULATED" if config.simulated else "MEASURED"

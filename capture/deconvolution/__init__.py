@@ -1,1 +1,1 @@
-"""capture/deconvolution."""
+"""Responses from recorded sweeps, without a session: arrays, files, takes."""

@@ -1,1 +1,1 @@
-"""capture/devices."""
+"""What a session works with: who moves the stands, what reads the air, one world."""

@@ -7,16 +7,17 @@ from math import isfinite
 from typing import Any, Protocol
 
 from capture.plan import Move
-from capture.session.state import MENDED
 from rigs import Carriers, Clock
 from rigs.kinds.manual import instruction
 from rir import Pose, RigError, RoomSpec
 
-__all__ = ["Mover", "Person", "Redo", "RedoNow", "RigPair", "Skip"]
+__all__ = ["MENDED", "Mover", "Person", "Redo", "RedoNow", "RigPair", "Skip"]
 
 
 SAMPLED = 12
 UNKNOWN_MOVE_S = 15.0
+MENDED = "rig homed again: "
+"""How a note begins that tells of a rig fault; the next take is marked with it."""
 
 
 class Skip(Exception):  # noqa: N818 (a request of the operator, not an error)

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from typing import Any
 
 from capture.interfaces import AudioInterface
-from capture.session.journal import Event
 from rigs import Clock
 from rir import InterfaceError, SessionError
 
@@ -35,7 +34,7 @@ class HeldInterface:
         clock: Clock,
         *,
         record: Callable[[dict[str, Any]], None],
-        show: Callable[[Event], None],
+        show: Callable[[dict[str, Any]], None],
     ) -> None:
         self._open = open_interface
         self._clock = clock

@@ -4,12 +4,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from capture.config import SessionConfig, Simulation
 from capture.devices.movers import Mover, Person, RigPair
+from capture.devices.operator import Operator
 from capture.devices.placement import PlacedWorld
 from capture.devices.sensors import (
     AirSensor,
@@ -31,7 +32,7 @@ from rigs import (
 )
 from rir import ConfigError, Dataset, Environment, GainPattern, Pose, RoomSpec
 
-__all__ = ["Stage", "Voice", "build_mover", "set_stage"]
+__all__ = ["Stage", "build_mover", "set_stage"]
 
 
 @dataclass
@@ -44,18 +45,6 @@ class Stage:
     clock: Clock
     world: PlacedWorld | None = None
     """The simulated room, if there is one."""
-
-
-class Voice(Protocol):
-    """What talks with the operator."""
-
-    def ask(self, text: str) -> str:
-        """Show a text, wait for a line and return it."""
-        ...
-
-    def say(self, text: str) -> None:
-        """Show a text."""
-        ...
 
 
 def room_envelope(room: RoomSpec) -> Envelope:
@@ -74,7 +63,7 @@ def _unheard(text: str) -> None:
 def set_stage(
     config: SessionConfig,
     *,
-    voice: Voice | None = None,
+    operator: Operator | None = None,
     note: Callable[[str], None] = _unheard,
     on_progress: Callable[[int], None] | None = None,
 ) -> Stage:
@@ -84,8 +73,8 @@ def set_stage(
     ----------
     config : SessionConfig
         What the session is.
-    voice : Voice, optional
-        Talks with the operator; needed when a person moves the stands.
+    operator : Operator, optional
+        Who can be asked; needed when a person moves the stands.
     note : callable
         Takes the operator's notes.
     on_progress : callable, optional
@@ -96,25 +85,25 @@ def set_stage(
         world = PlacedWorld(build_world(config), config)
     clock = VirtualClock() if config.rig == "simulated" else SystemClock()
     around = Surroundings(world, on_progress)
-    mover = build_mover(config, world=world, clock=clock, voice=voice, note=note)
+    mover = build_mover(config, world=world, clock=clock, operator=operator, note=note)
     if mover.simulated:
         clock = VirtualClock()
     return Stage(
         mover,
         lambda: INTERFACES[config.interface].open(config, around),
-        build_sensor(config, world, voice),
+        build_sensor(config, world, operator),
         clock,
         world,
     )
 
 
 def build_sensor(
-    config: SessionConfig, world: PlacedWorld | None, voice: Voice | None
+    config: SessionConfig, world: PlacedWorld | None, operator: Operator | None
 ) -> AirSensor:
     """Return what reads the air: a file, the operator, the simulation, or nobody."""
-    tell = voice.say if voice else _unheard
-    if config.thermometer == "ask" and voice is not None:
-        return AskedAir(voice.ask)
+    tell = operator.say if operator else _unheard
+    if config.thermometer == "ask" and operator is not None:
+        return AskedAir(operator.ask)
     if config.thermometer not in (None, "ask"):
         return FileSensor(Path(str(config.thermometer)), tell)
     if world is None or config.simulation is None:
@@ -128,7 +117,7 @@ def build_mover(
     *,
     world: PlacedWorld | None = None,
     clock: Clock | None = None,
-    voice: Voice | None = None,
+    operator: Operator | None = None,
     note: Callable[[str], None] = _unheard,
 ) -> Mover:
     """Return what moves the devices; without a world it only checks.
@@ -143,17 +132,17 @@ def build_mover(
         on_emitter, on_listener = world.place_emitter, world.place_listener
     if config.rig == "manual":
         return _person(
-            config, clock or SystemClock(), voice, note, on_emitter, on_listener
+            config, clock or SystemClock(), operator, note, on_emitter, on_listener
         )
     if config.rig == "simulated":
         return RigPair(_simulated_rigs(config, on_emitter, on_listener, clock))
-    consent = None if voice is None else lambda text: _yes(voice.ask(text))
+    consent = None if operator is None else lambda text: _yes(operator.ask(text))
     carriers = load_rig(
         rig_file(config.rig),
         on_emitter=on_emitter,
         on_listener=on_listener,
         ask=consent,
-        tell=voice.say if voice else None,
+        tell=operator.say if operator else None,
     )
     return RigPair(carriers, ask=consent, homing=True, note=note)
 
@@ -177,12 +166,12 @@ def _yes(answer: str) -> bool:
 def _person(
     config: SessionConfig,
     clock: Clock,
-    voice: Voice | None,
+    operator: Operator | None,
     note: Callable[[str], None],
     on_emitter: Callable[[Pose], None] | None,
     on_listener: Callable[[Pose], None] | None,
 ) -> Mover:
-    if voice is None:
+    if operator is None:
         raise ConfigError(
             "a person must be asked to move the stands; run on a terminal, "
             "or choose another --rig"
@@ -190,8 +179,8 @@ def _person(
     placed = [call for call in (on_emitter, on_listener) if call is not None]
     return Person(
         config.room,
-        ask=voice.ask,
-        tell=voice.say,
+        ask=operator.ask,
+        tell=operator.say,
         note=note,
         clock=clock,
         placed=placed,

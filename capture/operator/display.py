@@ -12,7 +12,7 @@ from rir import SessionError
 if TYPE_CHECKING:
     from rich.console import Console
 
-__all__ = ["PlainDisplay", "make_display", "take_line", "time_text"]
+__all__ = ["PlainDisplay", "take_line", "time_text"]
 
 
 def time_text(seconds: float) -> str:
@@ -104,9 +104,20 @@ class PlainDisplay:
 
     def show(self, event: Event) -> None:
         """Print what the event means, if it means anything to a person."""
-        handler = getattr(self, f"_on_{event['event']}", None)
-        if handler is not None:
-            handler(event)
+        handlers = {
+            "planned": self._on_planned,
+            "step": self._on_step,
+            "step_done": self._on_step_done,
+            "take_finished": self._on_take_finished,
+            "take_failed": self._on_take_failed,
+            "gave_up": self._on_gave_up,
+            "pair_judged": self._on_pair_judged,
+            "closure_judged": self._on_closure_judged,
+            "warning": self._on_warning,
+            "stopped": self._on_stopped,
+        }
+        if event["event"] in handlers:
+            handlers[event["event"]](event)
 
     def say(self, text: str, style: str = "") -> None:
         """Print one line."""
@@ -219,12 +230,3 @@ class PlainDisplay:
         trace: TracebackType | None,
     ) -> None:
         return None
-
-
-def make_display(console: "Console", *, simulated: bool, plain: bool) -> PlainDisplay:
-    """Return the display that suits the console."""
-    if plain or not console.is_terminal:
-        return PlainDisplay(console, simulated=simulated)
-    from capture.operator.screen import LiveScreen
-
-    return LiveScreen(console, simulated=simulated)

@@ -1,1 +1,1 @@
-"""capture/session."""
+"""A session: its folder and journal, the engine that carries it out, its data set."""

@@ -14,8 +14,8 @@ from capture.devices.sensors import AirSensor, NoSensor
 from capture.interfaces import AudioInterface, Recording
 from capture.plan import Measure, Move, Plan, Step, take_name
 from capture.session.folder import SessionFolder, file_sha256
-from capture.session.journal import Event, Journal
 from capture.session.judging import PairJudge, reverse_key
+from capture.session.record import SessionRecord
 from capture.session.state import SessionState
 from capture.session.take import Examiner, Verdict
 from rigs.clock import Clock, SystemClock
@@ -24,10 +24,6 @@ from rir import Environment, InterfaceError, Pose, RigError, SessionError
 __all__ = ["Session"]
 
 log = logging.getLogger(__name__)
-
-
-def _silent(event: Event) -> None:
-    del event
 
 
 @dataclass
@@ -42,47 +38,45 @@ class Session:
         What the session is.
     plan : Plan
         What it does.
-    journal : Journal
-        The open record.
+    record : SessionRecord
+        What has been done so far; takes every event.
     mover : Mover
         Brings the devices to their places.
     open_interface : callable
         Opens the audio interface; called again after a device failure.
-    utc : callable
-        Returns the time of day as ISO 8601 text.
     sensor : AirSensor
         Reads temperature and humidity.
     clock : Clock
         Passes the waiting time.
-    show : callable
-        Shown every event, those too that are not journalled.
     """
 
     folder: SessionFolder
     config: SessionConfig
     plan: Plan
-    journal: Journal
+    record: SessionRecord
     mover: Mover
     open_interface: Callable[[], AudioInterface]
-    utc: Callable[[], str]
     sensor: AirSensor = field(default_factory=NoSensor)
     clock: Clock = field(default_factory=SystemClock)
-    show: Callable[[Event], None] = _silent
 
     def __post_init__(self) -> None:
-        self.state = SessionState.of(self.journal)
         self.examiner = Examiner(self.config)
         self.judge = PairJudge(self.folder, self.examiner)
         self._held = HeldInterface(
             lambda: self.open_interface(),
             self.clock,
-            record=self.record,
-            show=self.show,
+            record=self.record.add,
+            show=self.record.show,
         )
         self._gave_up = 0
         self.last_reason = ""
         self._poses: tuple[Pose, Pose] | None = None
         self._at: Move | None = None
+
+    @property
+    def state(self) -> SessionState:
+        """What the session's events add up to."""
+        return self.record.state
 
     def run(self) -> list[str]:
         """Do what is left of the plan.
@@ -98,7 +92,9 @@ class Session:
             If the session cannot go on; it can be resumed.
         """
         remaining = self.plan.without(self.state.done(self.plan))
-        self.show({"event": "planned", "plan": self.plan, "remaining": remaining})
+        self.record.show(
+            {"event": "planned", "plan": self.plan, "remaining": remaining}
+        )
         try:
             if remaining.steps:
                 self.mover.prepare()
@@ -109,19 +105,12 @@ class Session:
         finally:
             self._close()
         missing = [step.key for step in self.plan.measures if self.state.missing(step)]
-        self.record({"event": "session_finished", "missing": missing})
+        self.record.add({"event": "session_finished", "missing": missing})
         return missing
-
-    def record(self, event: dict[str, Any]) -> None:
-        """Journal an event, then take it into account and show it."""
-        event = {**event, "time": self.utc()}
-        self.journal.write(event)
-        self.state.add(event)
-        self.show(event)
 
     def reject(self, take: str, reason: str) -> None:
         """Turn a good take into a bad one."""
-        self.record({"event": "take_rejected", "take": take, "reason": reason})
+        self.record.add({"event": "take_rejected", "take": take, "reason": reason})
 
     def _follow(self, steps: list[Step]) -> None:
         """Do steps one after the other, as the operator steers them."""
@@ -132,7 +121,7 @@ class Session:
             if isinstance(step, Move):
                 last, block = block, []
             block.append(step)
-            self.show({"event": "step", "step": step})
+            self.record.show({"event": "step", "step": step})
             try:
                 self._do(step)
             except Skip:
@@ -144,15 +133,15 @@ class Session:
                 steps[:0] = [*self._forget(last), step]
                 block = []
             else:
-                self.show({"event": "step_done", "step": step})
+                self.record.show({"event": "step_done", "step": step})
 
     def _skip(self, steps: list[Step]) -> None:
         """Leave out what follows until the next move."""
         while steps and not isinstance(steps[0], Move):
             step = steps.pop(0)
             if isinstance(step, Measure):
-                self.record({"event": "skipped", "key": step.key})
-            self.show({"event": "step_done", "step": step})
+                self.record.add({"event": "skipped", "key": step.key})
+            self.record.show({"event": "step_done", "step": step})
 
     def _forget(self, block: list[Step]) -> list[Step]:
         """Drop the takes of a block of steps, so that it is done again."""
@@ -174,7 +163,7 @@ class Session:
         self._at = step
         self._poses = self.mover.place(step)
         emitter, listener = self._poses
-        self.record(
+        self.record.add(
             {
                 "event": "moved",
                 "pair": step.pair,
@@ -208,7 +197,7 @@ class Session:
             If going on would only collect more bad takes.
         """
         reason = self.last_reason
-        self.record({"event": "gave_up", "key": step.key, "reason": reason})
+        self.record.add({"event": "gave_up", "key": step.key, "reason": reason})
         self._gave_up += 1
         if self._gave_up >= self.config.stop_after:
             raise SessionError(
@@ -232,7 +221,7 @@ class Session:
         keys = sorted((step.key, other))
         figures = self.judge.judge(self.state, *keys)
         if figures is not None:
-            self.record({"event": kind, "pair": step.pair, **figures})
+            self.record.add({"event": kind, "pair": step.pair, **figures})
             if figures["doubts"] and self.mover.doubt("; ".join(figures["doubts"])):
                 raise RedoNow
 
@@ -258,19 +247,19 @@ class Session:
         name = take_name(step.key, number)
         about = {"take": name, "key": step.key, "take_no": number}
         air = self.sensor.read(name)
-        self.record(
+        self.record.add(
             {"event": "take_started", **about, **self._circumstances(step, air)}
         )
         try:
             recording = self._play(name, step)
         except (InterfaceError, RigError) as error:
             self.last_reason = str(error)
-            self.record({"event": "take_failed", **about, "reason": str(error)})
+            self.record.add({"event": "take_failed", **about, "reason": str(error)})
             self._mend(error)
             return
         event = self.keep(about, recording)
         self.last_reason = "; ".join(event["reasons"])
-        self.record(event)
+        self.record.add(event)
 
     def _mend(self, error: InterfaceError | RigError) -> None:
         """Make ready for another try after a device has failed."""
@@ -300,7 +289,9 @@ class Session:
 
     def _play(self, name: str, step: Measure) -> Recording:
         interface = self._held.get()
-        self.show({"event": "playing", "take": name, "seconds": self.plan.take_s})
+        self.record.show(
+            {"event": "playing", "take": name, "seconds": self.plan.take_s}
+        )
         with self.mover.quiet():
             return interface.play_record(
                 self.examiner.signal,
@@ -312,7 +303,7 @@ class Session:
     def keep(self, about: dict[str, Any], recording: Recording) -> dict[str, Any]:
         """Write a recording to the disk, judge it, and return its event."""
         peaks = 20 * np.log10(np.abs(recording.samples).max(axis=-1) + 1e-10)
-        self.show({"event": "recorded", "peak_dbfs": peaks.tolist()})
+        self.record.show({"event": "recorded", "peak_dbfs": peaks.tolist()})
         path = self.folder.write_raw(
             about["take"], recording.samples, recording.sample_rate
         )
@@ -345,7 +336,7 @@ class Session:
         self.mover.stop()
         reason = "interrupted" if isinstance(error, KeyboardInterrupt) else str(error)
         try:
-            self.record({"event": "stopped", "reason": reason})
+            self.record.add({"event": "stopped", "reason": reason})
         except SessionError:
             log.warning("the stop could not be journalled")
 

@@ -29,7 +29,7 @@ def recover(session: Session) -> list[str]:
     list of str
         One line for each thing mended.
     """
-    lines = session.journal.text.complaints()
+    lines = session.record.journal.text.complaints()
     folder = session.folder
     lines += [
         f"{path.name} was half-written; removed" for path in folder.sweep_partials()
@@ -37,7 +37,7 @@ def recover(session: Session) -> list[str]:
     for take, problem in lost_takes(folder, session.state).items():
         file = folder.path / session.state.takes[take].event["file"]
         _set_aside(folder, file)
-        session.record({"event": "take_dropped", "take": take, "reason": problem})
+        session.record.add({"event": "take_dropped", "take": take, "reason": problem})
         lines.append(f"{take} is measured again: {problem}")
     _recall_golden(session)
     for path in _unknown_files(session):
@@ -86,5 +86,5 @@ def _adopt(session: Session, path: Path) -> str:
         return f"{path.name} is set aside: {error}"
     about: dict[str, Any] = {key: started[key] for key in ("take", "key", "take_no")}
     event = session.finished(about, path.name, verdict, [])
-    session.record({**event, "adopted": True})
+    session.record.add({**event, "adopted": True})
     return f"{take} was recorded but not entered; it is checked and entered now"

@@ -9,40 +9,20 @@ from typing import Any
 
 from capture.config import SessionConfig
 from capture.devices.movers import Mover
+from capture.devices.operator import ConsentingOperator
 from capture.devices.stage import set_stage
-from capture.operator.display import PlainDisplay
 from capture.plan import Plan, build_plan
 from capture.session.dataset import build_dataset
+from capture.session.display import Display, NoDisplay
 from capture.session.engine import Session
 from capture.session.folder import SessionFolder, file_sha256
 from capture.session.journal import Journal
+from capture.session.record import SessionRecord
 from capture.session.recover import recover
 from rir import SessionError
 from rir.records import software_version
 
 __all__ = ["check_plan", "run_session", "utc_now"]
-
-
-class Willing:
-    """A voice that says yes to everything.
-
-    Parameters
-    ----------
-    display : PlainDisplay
-        Shows what was asked and answered.
-    """
-
-    def __init__(self, display: PlainDisplay) -> None:
-        self._display = display
-
-    def ask(self, text: str) -> str:
-        """Show the question and answer yes."""
-        self.say(f"{text} yes")
-        return "yes"
-
-    def say(self, text: str) -> None:
-        """Show a text."""
-        self._display.say(text)
 
 
 def utc_now() -> str:
@@ -67,7 +47,7 @@ def check_plan(config: SessionConfig, mover: Mover) -> Plan:
 def run_session(
     folder: SessionFolder,
     config: SessionConfig | None,
-    display: PlainDisplay,
+    display: Display | None = None,
     *,
     yes: bool = False,
 ) -> Path:
@@ -79,8 +59,8 @@ def run_session(
         Where it is or will be.
     config : SessionConfig or None
         The configuration of a new session; None resumes.
-    display : PlainDisplay
-        What shows it.
+    display : Display, optional
+        What shows it and talks with the operator; without one nobody can be asked.
     yes : bool
         Whether rigs may be homed without asking.
 
@@ -97,38 +77,16 @@ def run_session(
     if config is not None:
         folder.create(config)
     config = folder.load_config()
-
-    def note(text: str) -> None:
-        session.record({"event": "note", "text": text})
-
-    voice = Willing(display) if yes else display
-    rate = config.sample_rate
-    stage = set_stage(
-        config,
-        voice=voice,
-        note=note,
-        on_progress=lambda samples: display.progress(samples, rate),
-    )
-    plan = check_plan(config, stage.mover)
+    shown = display or NoDisplay()
     with Journal(folder.journal_path) as journal:
-        session = Session(
-            folder,
-            config,
-            plan,
-            journal,
-            stage.mover,
-            stage.open_interface,
-            utc_now,
-            stage.sensor,
-            stage.clock,
-            display.show,
-        )
+        record = SessionRecord(journal, utc_now, shown.show)
+        session = _set_up(folder, config, record, shown, yes=yes)
         _begin(session)
         for line in recover(session):
-            display.show({"event": "warning", "text": line})
+            shown.show({"event": "warning", "text": line})
         missing = session.run()
         path = build_dataset(folder)
-        session.record({"event": "dataset_built", "sha256": file_sha256(path)})
+        record.add({"event": "dataset_built", "sha256": file_sha256(path)})
     if missing:
         raise SessionError(
             f"{len(missing)} directions have too few good takes ({', '.join(missing)});"
@@ -137,9 +95,32 @@ def run_session(
     return path
 
 
+def _set_up(
+    folder: SessionFolder,
+    config: SessionConfig,
+    record: SessionRecord,
+    display: Display,
+    *,
+    yes: bool,
+) -> Session:
+    """Build the devices, check the plan with them, and return the session."""
+    rate = config.sample_rate
+    stage = set_stage(
+        config,
+        operator=ConsentingOperator(display) if yes else display,
+        note=record.note,
+        on_progress=lambda samples: display.progress(samples, rate),
+    )
+    plan = check_plan(config, stage.mover)
+    mover, sensor, clock = stage.mover, stage.sensor, stage.clock
+    return Session(
+        folder, config, plan, record, mover, stage.open_interface, sensor, clock
+    )
+
+
 def _begin(session: Session) -> None:
     kind = "session_resumed" if session.state.first else "session_started"
-    session.record({"event": kind, "about": about_session(session)})
+    session.record.add({"event": kind, "about": about_session(session)})
 
 
 def about_session(session: Session) -> dict[str, Any]:

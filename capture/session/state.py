@@ -3,10 +3,11 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
+from capture.devices.movers import MENDED
 from capture.plan import Measure, Plan
 from capture.session.journal import Event
 
-__all__ = ["MENDED", "SessionState", "TakeState"]
+__all__ = ["SessionState", "TakeState"]
 
 
 @dataclass(frozen=True)
@@ -22,10 +23,6 @@ class TakeState:
     def accepted(self) -> bool:
         """Whether the take passed its checks and its file is whole."""
         return bool(self.event.get("accepted"))
-
-
-MENDED = "rig homed again: "
-"""How a note begins that tells of a rig fault; the next take is marked with it."""
 
 
 @dataclass

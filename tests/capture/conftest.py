@@ -10,6 +10,7 @@ from capture.plan import build_plan
 from capture.session.engine import Session
 from capture.session.folder import SessionFolder
 from capture.session.journal import Journal
+from capture.session.record import SessionRecord
 from capture.session.start import Request, merge, plan_session
 
 TINY = {
@@ -65,10 +66,9 @@ def make_session(tmp_path: Path, make_config: MakeConfig) -> Iterator[MakeSessio
             folder,
             config,
             build_plan(config),
-            journals[-1],
+            SessionRecord(journals[-1], lambda: "2026-01-01T00:00:00+00:00"),
             stage.mover,
             open_interface or stage.open_interface,
-            lambda: "2026-01-01T00:00:00+00:00",
             stage.sensor,
             stage.clock,
         )

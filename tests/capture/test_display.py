@@ -4,7 +4,8 @@ from collections.abc import Callable
 import pytest
 from rich.console import Console
 
-from capture.operator.display import PlainDisplay, make_display, take_line, time_text
+from capture.operator import make_display
+from capture.operator.display import PlainDisplay, take_line, time_text
 from capture.operator.screen import LiveScreen, sparkline
 from capture.session.engine import Session
 from rir import SessionError
@@ -24,7 +25,7 @@ def test_without_a_terminal_lines_are_plain(make_session: MakeSession) -> None:
     session = make_session()
     with make_display(out, simulated=True, plain=False) as display:
         assert type(display) is PlainDisplay
-        session.show = display.show
+        session.record.show = display.show
         session.run()
     told = text.getvalue()
     assert "SIMULATED: no sound is played" in told
@@ -39,7 +40,7 @@ def test_on_a_terminal_one_screen_tells_all(make_session: MakeSession) -> None:
     session = make_session(simulation={"temperature_sigma_c": 0.1})
     with make_display(out, simulated=True, plain=False) as display:
         assert isinstance(display, LiveScreen)
-        session.show = display.show
+        session.record.show = display.show
         session.run()
         display.progress(8000, 16000)
     told = text.getvalue()
@@ -53,7 +54,7 @@ def test_a_fault_is_shown(make_session: MakeSession) -> None:
     fault = {"kind": "dead", "takes": "P01_AB_1", "at_s": 0.5}
     session = make_session(simulation={"faults": [fault]})
     with display:
-        session.show = display.show
+        session.record.show = display.show
         session.run()
     assert "FAULT" in text.getvalue()
     assert "MEASURED" in text.getvalue()

@@ -156,7 +156,7 @@ def test_a_full_disk_stops_the_session_and_it_resumes(
         with pytest.raises(SessionError, match="No space left.*free some space"):
             session.run()
     assert "No space left" in events(session, "stopped")[0]["reason"]
-    session.journal.close()
+    session.record.journal.close()
     again = make_session(folder=session.folder)
     assert recover(again) == []
     assert again.run() == []
@@ -191,7 +191,7 @@ def test_other_gains_in_the_second_direction_are_refused(
     flaky(session, P01_BA_1=KeyboardInterrupt())
     with pytest.raises(KeyboardInterrupt):
         session.run()
-    session.journal.close()
+    session.record.journal.close()
     path = session.folder.config_path
     path.write_text(path.read_text().replace("preamp_db: 20.0", "preamp_db: 26.0"))
     again = make_session(folder=session.folder)
@@ -237,7 +237,7 @@ def test_an_interrupt_leaves_a_session_that_resumes_to_the_same_data(
         session.run()
     assert opened[0].closed
     assert events(session, "stopped")[0]["reason"] == "interrupted"
-    session.journal.close()
+    session.record.journal.close()
     again = make_session(folder=session.folder)
     assert recover(again) == []
     assert again.run() == []
@@ -274,7 +274,7 @@ def test_a_spoiled_raw_file_is_measured_again(
     session.run()
     whole = build_dataset(session.folder)
     before = Dataset.open(whole).responses[:]
-    session.journal.close()
+    session.record.journal.close()
     harm(session.folder.raw_path / "P01_BA_1.wav")
     again = make_session(folder=session.folder)
     [line] = recover(again)
@@ -290,7 +290,7 @@ def test_a_raw_file_whose_journal_line_was_edited_is_entered_again(
 ) -> None:
     session = make_session()
     session.run()
-    session.journal.close()
+    session.record.journal.close()
     path = session.folder.journal_path
     lines = path.read_text().splitlines(keepends=True)
     [number] = [

@@ -15,7 +15,8 @@ from capture.plan import build_plan
 from capture.session.dataset import build_dataset
 from capture.session.engine import Session
 from capture.session.folder import SessionFolder
-from capture.session.journal import Event, Journal, read_journal
+from capture.session.record.journal import Event, Journal, read_journal
+from capture.session.record import SessionRecord
 from capture.session.recover import recover
 from capture.session.start import Request, merge, plan_session
 from capture.session.take import Examiner
@@ -57,12 +58,10 @@ def open_session(
         folder,
         config,
         build_plan(config),
-        Journal(folder.journal_path),
+        SessionRecord(Journal(folder.journal_path), lambda: "2026-01-01", show),
         stage.mover,
         stage.open_interface,
-        lambda: "2026-01-01T00:00:00+00:00",
         clock=stage.clock,
-        show=show,
     )
 
 
@@ -112,7 +111,7 @@ def test_twenty_pairs_run_unattended(
     config = make_config(20)
     session = open_session(tmp_path / "session", config)
     assert session.run() == []
-    session.journal.close()
+    session.record.journal.close()
     dataset = Dataset.open(build_dataset(session.folder))
     assert len(dataset) == 40
     # The same convolver answers both ways: the room is exactly reciprocal.
@@ -183,7 +182,7 @@ def test_a_fault_spoils_its_take_and_the_session_goes_on(
         with pytest.raises(SessionError, match="run again|resumes"):
             session.run()
     threads[0].join()
-    session.journal.close()
+    session.record.journal.close()
     events = read_journal(session.folder.journal_path).events
     spoiled = [e for e in events if e.get("take") == "P01_AB_1"][-1]
     told = spoiled.get("reason") or "; ".join(spoiled["reasons"])
