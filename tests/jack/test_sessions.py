@@ -15,7 +15,7 @@ from capture.plan import build_plan
 from capture.session.dataset import build_dataset
 from capture.session.engine import Session
 from capture.session.folder import SessionFolder
-from capture.session.record.journal import Event, Journal, read_journal
+from capture.session.journal import Event, Journal, read_journal
 from capture.session.record import SessionRecord
 from capture.session.recover import recover
 from capture.session.start import Request, merge, plan_session
