@@ -3,9 +3,9 @@
 Rooms of 5 and 4 m with a wall between them and an opening in it; responses by
 mirror paths to order 12 and bent sound, noise 60 dB down, poses 3 mm off; openings,
 thickness and loudspeakers differ from draw to draw. Asked for: who sees whom, which
-places share a room, upright edges from 100 pairs, all faces and the volume, when
-sound arrives from room to room, waveforms at unseen emitters, and late energy at
-unseen emitters of rough rooms. SIMULATED. CPU seconds of one thread.
+places share a room, all faces and the volume, when sound arrives from room to room,
+waveforms at unseen emitters, and late energy at unseen emitters of rough rooms.
+SIMULATED. CPU seconds of one thread.
 """
 
 import argparse
@@ -28,7 +28,6 @@ from inverse.rows.fitset import FitSet, place_numbers
 from inverse.rows.onsets import read_onsets
 from inverse.rows.regions import Regions
 from inverse.rows.sight import read_sight
-from inverse.walls.jambs import scan_jambs
 from inverse.walls.joining import find_joined
 from inverse.walls.opening import Opening, Slab
 from rir import GainPattern, Poses
@@ -40,7 +39,7 @@ RATE, SPEED, ORDER = 16000, 343.2, 12
 MARGIN_M, JITTER_M, NOISE_DB = 0.4, 0.003, -60.0
 BENT = ("patterns", "direct", "specular", "diffraction")
 EMITTERS, LISTENERS = (3, 2), 60
-JAMB_PAIRS = 100
+HIDDEN_PAIRS = 100
 ROUGH = (*BENT, "scattering", "late")
 QUIET_DB = -100.0
 LATE_S, BIN_S, LATE_BINS, LATE_HZ = 0.6, 0.02, (3, 29), (500.0, 4000.0)
@@ -184,7 +183,7 @@ def true_ways(house: House, rows: FitSet) -> np.ndarray:
 
 
 def sight_case(house: House, rows: FitSet) -> dict[str, float]:
-    """Score bits of sight, regions and upright edges."""
+    """Score bits of sight, regions and first arrivals."""
     ways = true_ways(house, rows)
     seen = ways - rows.distances < 1e-6
     start = time.process_time()
@@ -197,19 +196,9 @@ def sight_case(house: House, rows: FitSet) -> dict[str, float]:
     right = float((numbers == sides(house, rows)[1]).mean())
     hidden = np.flatnonzero(sight.bits == 0)
     some = rows.rows(hidden[np.random.default_rng(0).permutation(len(hidden))])
-    some = some.rows(np.arange(min(len(some), JAMB_PAIRS)))
-    start = time.process_time()
+    some = some.rows(np.arange(min(len(some), HIDDEN_PAIRS)))
     onsets = read_onsets(some, direct)
-    ends = some.emitters.positions, some.listeners.positions
-    read = onsets.known
-    jambs = scan_jambs(ends[0][read], ends[1][read], onsets.lengths[read])
-    scan_s = time.process_time() - start
-    faces = house.split, house.split + house.thick
-    edges = np.stack(np.meshgrid(faces, house.hole[:2]), axis=-1).reshape(-1, 2)
     late = onsets.lengths - true_ways(house, some)
-    # in a thick wall one edge is told for the two that sound turns round
-    along = [np.abs(edges[:, 1] - one.place[1]).min() for one in jambs]
-    away = [np.linalg.norm(edges - one.place, axis=1).min() for one in jambs]
     return {
         "known": float(known.mean()),
         "wrong_bits": float((sight.bits[known] != seen[known]).mean()),
@@ -217,11 +206,7 @@ def sight_case(house: House, rows: FitSet) -> dict[str, float]:
         "right_room": max(right, 1 - right),
         "onset_cm": 100 * float(np.nanmedian(np.abs(late))),
         "pairs": float(len(some)),
-        "jambs": float(len(jambs)),
-        "jamb_cm": 100 * float(max(away, default=np.nan)),
-        "along_cm": 100 * float(max(along, default=np.nan)),
         "sight_s": spent,
-        "scan_s": scan_s,
     }  # fmt: skip
 
 

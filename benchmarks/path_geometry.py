@@ -28,7 +28,7 @@ from inverse.paths.polyhedral import FittedMesh
 from inverse.paths.polyhedron import Polyhedron
 from inverse.rows.direct import read_direct
 from inverse.rows.fitset import FitSet, place_numbers
-from inverse.walls.box import assemble_box
+from inverse.walls.box import assemble_boxes
 from inverse.walls.scan import scan_planes, scan_signals
 from rir import GainPattern, Poses
 from rooms import Scene, simulate
@@ -301,9 +301,9 @@ def scanned() -> dict[str, dict[str, Any]]:
         start = time.process_time()
         direct = read_direct(rows)
         signals = scan_signals(rows, direct)
-        box = assemble_box(signals, scan_planes(signals))
+        boxes = assemble_boxes(signals, scan_planes(signals))
         seconds = time.process_time() - start
-        planes = np.empty((0, 4)) if box is None else box.planes[box.heard]
+        planes = boxes[0].planes[boxes[0].heard] if boxes else np.empty((0, 4))
         found = wall_errors(planes, truth)
         told[f"scan of a box, {seed}"] = {**found, "cpu_s": seconds, "alarms": []}
     return told

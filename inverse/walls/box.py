@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from inverse.walls.scan import FoundPlane, ScanSignals, judge_planes
 
-__all__ = ["Box", "assemble_box", "assemble_boxes", "walled"]
+__all__ = ["Box", "assemble_boxes", "walled"]
 
 FloatArray = NDArray[np.float64]
 FAR_M = 500.0
@@ -88,12 +88,6 @@ def assemble_boxes(signals: list[ScanSignals], found: list[FoundPlane]) -> list[
         if len(boxes) == 1 and boxes[0].heard.all() and signals[0].n_groups > 1:
             break
     return boxes
-
-
-def assemble_box(signals: list[ScanSignals], found: list[FoundPlane]) -> Box | None:
-    """Return the likeliest box, None when no plane is sure."""
-    boxes = assemble_boxes(signals, found)
-    return boxes[0] if boxes else None
 
 
 def walled(signals: list[ScanSignals], axes: FloatArray) -> Box:

@@ -19,7 +19,7 @@ __all__ = ["find_lone", "nearer_walls"]
 FloatArray = NDArray[np.float64]
 STEP_M, FINE_STEP_M, FINE_STEPS = 0.02, 0.005, 4
 MARGIN_M, REACH_M = 0.3, 6.0
-LOUD, LEVEL = 8.0, 0.25
+LOUD = 8.0
 APART_M = 0.12
 MOST, CLOSER = 3, 4
 

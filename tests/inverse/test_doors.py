@@ -14,7 +14,6 @@ from inverse.rows.partition import split_by_planes
 from inverse.rows.regions import find_regions
 from inverse.rows.sight import read_sight
 from inverse.walls.box import Box
-from inverse.walls.jambs import scan_jambs, way_lengths
 from inverse.walls.joining import join_rooms
 from inverse.walls.opening import Opening, Slab, find_opening, find_thickness
 from inverse.walls.slabs import find_slab, half_slab, joined_shape, with_face
@@ -128,20 +127,6 @@ def test_planes_do_not_split_a_room_that_sees_itself():
     numbers = np.zeros(60, dtype=np.int64)
     _, score = split_by_planes(places, pairs, np.ones(200), numbers)
     assert score < 200 * np.log(0.97)
-
-
-def test_jambs_of_a_thin_wall_are_found_and_none_in_noise():
-    first, second = across(100, 4)
-    edges = np.array([[5.1, 1.5], [5.1, 2.4]])
-    rng = np.random.default_rng(0)
-    lengths = way_lengths(edges, first, second).min(axis=0)
-    lengths += 0.005 * rng.standard_normal(100)
-    found = scan_jambs(first, second, lengths)
-    assert len(found) >= 1
-    for one in found:
-        assert np.linalg.norm(edges - one.place, axis=1).min() < 0.05
-    noise = np.linalg.norm(first - second, axis=1) + rng.uniform(0, 2, 100)
-    assert scan_jambs(first, second, noise) == []
 
 
 def test_ways_through_a_hole_are_the_shortest_of_a_fine_grid():

@@ -1,10 +1,9 @@
-# pyright: reportOptionalMemberAccess=false
 import numpy as np
 from numpy.testing import assert_allclose
 
 from inverse.rows.direct import read_direct
 from inverse.rows.fitset import FitSet
-from inverse.walls.box import assemble_box
+from inverse.walls.box import assemble_boxes
 from inverse.walls.scan import scan_planes, scan_signals
 
 TRUE_OFFSETS = np.array([0.0, -5.0, 0.0, -4.0, 0.0, -2.8])
@@ -24,7 +23,7 @@ def test_direct_sound_tells_latency_and_shape(make_box_rows):
 
 def test_walls_are_found_blind(box_set):
     signals, found = found_in(box_set)
-    box = assemble_box(signals, found)
+    box = assemble_boxes(signals, found)[0]
     assert box.heard.all()
     assert_allclose(box.planes[:, 3], TRUE_OFFSETS, atol=0.008)
     tilt = np.degrees(np.arccos(np.clip(np.diag(box.axes), -1, 1)))
@@ -44,4 +43,4 @@ def test_noise_holds_no_walls(box_set):
     )
     assert read_direct(noise).clearness < 4
     signals, found = found_in(noise)
-    assert assemble_box(signals, found) is None
+    assert assemble_boxes(signals, found) == []
