@@ -58,12 +58,17 @@ EXAMPLES = {
 INSIDE = Pose.at(0.5, 0.4, 1.0)
 
 
+def build(name):
+    kind = RIGS[name]
+    around = Surroundings(clock=VirtualClock(), ask=lambda _: True)
+    built = kind.build(kind.config.model_validate(EXAMPLES[name]), around)
+    built.home()
+    return built
+
+
 @pytest.fixture(params=list(RIGS))
 def rig(request):
-    kind = RIGS[request.param]
-    around = Surroundings(clock=VirtualClock(), ask=lambda _: True)
-    built = kind.build(kind.config.model_validate(EXAMPLES[request.param]), around)
-    built.home()
+    built = build(request.param)
     yield built
     built.close()
     built.close()
@@ -113,6 +118,21 @@ def test_a_bad_way_point_is_refused_before_anything_moves(rig):
     with pytest.raises((OutOfReachError, RigError)):
         rig.move(Pose.at(0.6, 0.4, 1.0), via=[Pose.at(1.5, 0.4, 1.0)])
     np.testing.assert_allclose(rig.where().position, INSIDE.position, atol=1e-4)
+
+
+@pytest.mark.parametrize("name", ["grbl", "marlin", "composite"])
+def test_a_machine_refuses_the_straight_way_through_a_keep_out(name):
+    rig = build(name)
+    before, beyond = Pose.at(1.05, 0.4, 0.2), Pose.at(1.8, 0.4, 1.35)
+    above = Pose.at(1.05, 0.4, 1.35)
+    rig.move(before, via=[INSIDE])
+    for via in ([], [before]):
+        with pytest.raises(OutOfReachError, match=r"straight way .*'table'"):
+            rig.move(beyond, via=via)
+        np.testing.assert_allclose(rig.where().position, before.position, atol=1e-4)
+    reached = rig.move(beyond, via=[above])
+    np.testing.assert_allclose(reached.position, beyond.position, atol=1e-4)
+    rig.close()
 
 
 def test_quiet_and_stop_leave_it_where_it_is(rig):

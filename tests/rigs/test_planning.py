@@ -90,6 +90,28 @@ def test_carriers_change_places_without_meeting(column):
         np.testing.assert_allclose(here, [b, a])
 
 
+@pytest.mark.parametrize(
+    ("end", "gap"),
+    [
+        ((3.0, 1.5, 0.5), 0.0),  # through the middle
+        ((3.0, 1.5, 1.2), 0.2),  # above it, at just the clearance
+        ((0.9, 1.5, 0.5), 0.1),  # ends too near
+    ],
+)
+def test_straight_ways_through_keep_outs_are_refused(end, gap):
+    table = KeepOut("table", [1, 1, 0], [2, 2, 1])
+    envelope = Envelope([0, 0, 0], [4, 3, 2.5], [table], clearance=0.2)
+    start = (0.5, 1.5, end[2])
+    clear = np.array([start, (0.5, 2.5, end[2]), (3.0, 2.5, end[2])])
+    envelope.check_path(clear, "the gantry")
+    for way in ([start, end], [end, start], [*clear[::-1], end]):
+        with pytest.raises(OutOfReachError, match=rf"gantry.*{gap:.3f} m.*'table'"):
+            envelope.check_path(np.array(way), "the gantry")
+        assert envelope.path_gap(np.array(way)) == pytest.approx(gap - 0.2, abs=1e-9)
+    above = np.array([start, end]) + [0, 0, 1.21 - end[2]]
+    envelope.check_path(above)
+
+
 def test_columns_make_shelves_forbidden_from_below():
     shelf = KeepOut("shelf", [1, 1, 1.2], [2, 2, 1.4])
     below = Pose.at(1.5, 1.5, 0.5)

@@ -16,6 +16,16 @@ def box(**changes: object) -> RoomSpec:
     return RoomSpec.model_validate(room | changes)
 
 
+def test_the_speed_of_sound_goes_with_the_root_of_absolute_temperature() -> None:
+    # an ideal gas: c² is proportional to t + 273.15, so c vanishes at absolute zero
+    assert speed_of_sound(-273.15) == 0.0
+    for t in (-20.0, 15.0, 35.0):
+        ratio = speed_of_sound(t) / speed_of_sound(20.0)
+        np.testing.assert_allclose(ratio, np.sqrt((t + 273.15) / 293.15), rtol=1e-14)
+    # ISO 9613-1:1993, annex A; this form of its constants is 0.01 m/s off at most
+    np.testing.assert_allclose(speed_of_sound(20.0), 343.2, atol=0.01)
+
+
 def test_eyring_of_the_uniform_box() -> None:
     # S = 126 m², V = 90 m³: 24 ln 10 V / (c S ln(1/0.8)).
     expected = 24 * np.log(10) * 90 / (speed_of_sound(20.0) * 126 * np.log(1.25))
