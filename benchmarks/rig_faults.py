@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
-from rigs.operation.ordeal import BrokenRuleError, run_sequence
+from rig_ordeal import BrokenRuleError, run_sequence
 
 OUT = Path("results/rig_faults.json")
 

@@ -83,7 +83,7 @@ def _pose(text: str) -> "Pose":
 @app.command()
 def ports() -> None:
     """List the serial ports there are."""
-    from rigs.dialogue.line import list_ports
+    from rigs.lines.serial import list_ports
 
     console = make_console()
     found = list_ports()
@@ -277,9 +277,9 @@ def simulate(
 ) -> None:
     """Serve a simulated Grbl board on a pseudo-terminal until Ctrl-C."""
     from rigs.clock import FastClock
-    from rigs.firmware.grbl import GrblFirmware
-    from rigs.firmware.pty import PseudoTerminal
+    from rigs.firmware.grbl.firmware import GrblFirmware
     from rigs.kinds.grbl import USUAL_SETTINGS
+    from rigs.lines.terminal import PseudoTerminal
 
     terminal = PseudoTerminal(GrblFirmware(USUAL_SETTINGS), FastClock(rate))
     make_console().out(f"SIMULATED Grbl 1.1h at {terminal.port}; Ctrl-C ends it")

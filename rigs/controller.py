@@ -1,9 +1,13 @@
-"""What the driver of any motion controller offers to the rig above it."""
+"""What a driver of a motion controller offers to the rig, and what it knows."""
 
 from collections.abc import Sequence
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
+
+NEVER_HOMED = "it has not been homed since it was connected"
+
+Position = TypeVar("Position")
 
 
 @runtime_checkable
@@ -75,3 +79,25 @@ class Controller(Protocol):
     def describe(self) -> dict[str, Any]:
         """Return plain facts for the record."""
         ...
+
+
+class Knowledge(Generic[Position]):
+    """The position a controller was left at, until something makes it unsure."""
+
+    def __init__(self) -> None:
+        self._at: Position | None = None
+        self._why = NEVER_HOMED
+
+    @property
+    def known(self) -> bool:
+        """Whether the position is known since the last homing."""
+        return self._at is not None
+
+    @property
+    def why(self) -> str:
+        """Why the position is not known."""
+        return "" if self.known else self._why
+
+    def _lose(self, why: object) -> None:
+        self._at = None
+        self._why = str(why)

@@ -82,7 +82,7 @@ def load_rig(
 
 def _clock_for(file: RigFile) -> Clock:
     if file.emitter.simulated and file.listener.simulated:
-        from rigs.firmware.stepped import SteppedClock
+        from rigs.lines.stepped import SteppedClock
 
         return SteppedClock()
     return SystemClock()

@@ -1,1 +1,1 @@
-"""rigs/dialogue."""
+"""The driver of simple controllers, whose dialogue the rig file describes."""

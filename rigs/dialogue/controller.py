@@ -8,8 +8,7 @@ import numpy as np
 from pydantic import Field
 
 from rigs.clock import Clock
-from rigs.dialogue.knowledge import NEVER_HOMED, Knowledge
-from rigs.dialogue.line import Line
+from rigs.controller import NEVER_HOMED, Knowledge
 from rigs.faults import (
     LineError,
     RefusedError,
@@ -17,6 +16,7 @@ from rigs.faults import (
     StrayError,
     UnknownPositionError,
 )
+from rigs.lines.serial import Line
 from rir.config import Config
 from rir.errors import OutOfReachError, RigError
 

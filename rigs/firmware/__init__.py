@@ -1,1 +1,1 @@
-"""Firmware models: they answer like real motion controllers and move in time."""
+"""Models of motion controllers: they answer like real ones and move in time."""

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from rigs.clock import Clock
-from rigs.dialogue.line import Line
 from rigs.faults import AlarmError, RebootError, RefusedError, SilenceError
 from rigs.grbl.codes import alarm_text, error_text
 from rigs.grbl.parsing import (
@@ -23,6 +22,7 @@ from rigs.grbl.parsing import (
     Word,
     read_word,
 )
+from rigs.lines.serial import Line
 
 log = logging.getLogger(__name__)
 

@@ -6,8 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from rigs.clock import Clock
-from rigs.dialogue.knowledge import NEVER_HOMED, Knowledge
-from rigs.dialogue.line import Line
+from rigs.controller import NEVER_HOMED, Knowledge
 from rigs.faults import (
     AlarmError,
     LineError,
@@ -23,6 +22,7 @@ from rigs.grbl.link import HOLD, GrblLink, Patience
 from rigs.grbl.options import GrblOptions
 from rigs.grbl.parsing import Status
 from rigs.grbl.reference import Reference
+from rigs.lines.serial import Line
 from rir.errors import RigError
 
 STAMP = 7.313

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from rigs.firmware.grbl import GrblFirmware
+from rigs.firmware.grbl.firmware import GrblFirmware
 from rigs.firmware.marlin import MarlinFirmware
 from rigs.kinds.settings import FaultConfig
 

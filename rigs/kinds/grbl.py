@@ -3,12 +3,12 @@
 from typing import Literal
 
 from rigs.clock import Clock
-from rigs.dialogue.line import Line
-from rigs.firmware.grbl import GrblFirmware
+from rigs.firmware.grbl.firmware import GrblFirmware
 from rigs.grbl.controller import GrblController
 from rigs.grbl.options import GrblOptions
 from rigs.kinds.part import Part, PartConfig, add_machine, plagued
 from rigs.kinds.settings import SimulationConfig
+from rigs.lines.serial import Line
 
 USUAL_SETTINGS = {
     20: 1, 22: 1, 24: 200, 25: 1500, 27: 2, 110: 6000, 111: 6000, 112: 6000,

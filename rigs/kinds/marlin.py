@@ -5,10 +5,10 @@ from typing import Literal
 from pydantic import Field
 
 from rigs.clock import Clock
-from rigs.dialogue.line import Line
 from rigs.firmware.marlin import MarlinFirmware
 from rigs.kinds.part import Part, PartConfig, add_machine, plagued
 from rigs.kinds.settings import FaultConfig, Triple
+from rigs.lines.serial import Line
 from rigs.marlin.controller import MarlinController, MarlinOptions
 from rir.config import Config
 

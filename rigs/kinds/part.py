@@ -7,11 +7,11 @@ from typing import TypeVar
 
 from rigs.clock import Clock
 from rigs.controller import Controller
-from rigs.dialogue.line import Line, SerialLine
-from rigs.dialogue.ports import SIMULATED, simulated_line
 from rigs.firmware.chip import Chip
 from rigs.kinds.faulty import Board, suffer
 from rigs.kinds.settings import FaultConfig, MachineConfig
+from rigs.lines.serial import Line, SerialLine
+from rigs.lines.simulated import SIMULATED, simulated_line
 from rigs.machine import MachineRig
 from rigs.rig import RIGS, RigKind, Surroundings
 from rir.config import Config

@@ -4,9 +4,9 @@ from typing import Literal
 
 from rigs.clock import Clock
 from rigs.dialogue.controller import DialogueController, DialogueOptions
-from rigs.dialogue.line import Line
 from rigs.firmware.turntable import TurntableFirmware
 from rigs.kinds.part import Part, PartConfig, add_machine
+from rigs.lines.serial import Line
 
 
 class TurntablePart(Part):

@@ -1,1 +1,1 @@
-"""rigs/marlin."""
+"""The driver of Marlin boards: numbered lines, states, motion."""

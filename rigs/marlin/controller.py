@@ -9,8 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from rigs.clock import Clock
-from rigs.dialogue.knowledge import NEVER_HOMED, Knowledge
-from rigs.dialogue.line import Line
+from rigs.controller import NEVER_HOMED, Knowledge
 from rigs.faults import (
     LineError,
     RebootError,
@@ -19,6 +18,7 @@ from rigs.faults import (
     StrayError,
     UnknownPositionError,
 )
+from rigs.lines.serial import Line
 from rigs.marlin.parsing import Reply, checksummed, read_reply, vector
 from rigs.motion import travel_time
 from rir.config import Config

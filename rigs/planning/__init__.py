@@ -1,1 +1,1 @@
-"""rigs/planning."""
+"""Where carriers may be and how they get there: reach, ways, joint moves, order."""

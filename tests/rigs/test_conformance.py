@@ -129,7 +129,9 @@ def test_a_machine_refuses_the_straight_way_through_a_keep_out(name):
     for via in ([], [before]):
         with pytest.raises(OutOfReachError, match=r"straight way .*'table'"):
             rig.move(beyond, via=via)
-        np.testing.assert_allclose(rig.where().position, before.position, atol=1e-4)
+        here = rig.where()
+        assert here is not None
+        np.testing.assert_allclose(here.position, before.position, atol=1e-4)
     reached = rig.move(beyond, via=[above])
     np.testing.assert_allclose(reached.position, beyond.position, atol=1e-4)
     rig.close()

@@ -4,8 +4,8 @@ import pytest
 from rigs import VirtualClock
 from rigs.dialogue.controller import Dialogue, DialogueController, DialogueOptions
 from rigs.faults import RefusedError, SilenceError, StrayError
-from rigs.firmware.direct import DirectLine
 from rigs.firmware.turntable import TurntableFirmware
+from rigs.lines.direct import DirectLine
 from rir.errors import OutOfReachError, RigError
 
 FULL = {

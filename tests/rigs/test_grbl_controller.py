@@ -10,10 +10,10 @@ from rigs.faults import (
     StrayError,
     UnknownPositionError,
 )
-from rigs.firmware.direct import DirectLine
-from rigs.firmware.grbl import GrblFirmware
+from rigs.firmware.grbl.firmware import GrblFirmware
 from rigs.grbl.controller import GrblController
 from rigs.grbl.options import GrblOptions
+from rigs.lines.direct import DirectLine
 from rir.errors import OutOfReachError, RigError
 
 SETTINGS = {
@@ -218,7 +218,7 @@ def test_ctrl_c_stops_with_the_position_kept(bench):
     bench.line.read = interrupted
     with pytest.raises(KeyboardInterrupt):
         bench.driver.move([B])
-    assert bench.board.state == "Idle"
+    assert bench.board.state.name == "Idle"
     np.testing.assert_allclose(
         bench.driver.verify(), bench.board.true_position, atol=1e-3
     )
@@ -229,7 +229,7 @@ def test_hold_and_resume(bench):
     bench.driver.link.command("G53 G1 X-150 F1500")
     bench.clock.sleep(1.0)
     bench.driver.hold()
-    assert bench.board.state == "Hold"
+    assert bench.board.state.name == "Hold"
     held = bench.board.position.copy()
     bench.clock.sleep(2.0)
     bench.driver.resume()
@@ -298,7 +298,7 @@ def test_refusals_say_what_they_mean(bench):
 def test_reports_in_work_coordinates_are_resolved(bench):
     bench.driver.link.command("G10 L2 P1 X-3 Y0 Z5")
     bench.driver.link.command("$10=0")
-    bench.board.settings[10] = 0
+    bench.board.state.settings[10] = 0
     bench.driver.link.offset = None
     bench.driver.link.command("$10=1")
     bench.driver.move([A])

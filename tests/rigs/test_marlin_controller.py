@@ -8,8 +8,8 @@ from rigs.faults import (
     SilenceError,
     UnknownPositionError,
 )
-from rigs.firmware.direct import DirectLine
 from rigs.firmware.marlin import MarlinFirmware
+from rigs.lines.direct import DirectLine
 from rigs.marlin.controller import MarlinController, MarlinOptions
 from rir.errors import OutOfReachError
 

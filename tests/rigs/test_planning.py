@@ -108,8 +108,7 @@ def test_straight_ways_through_keep_outs_are_refused(end, gap):
         with pytest.raises(OutOfReachError, match=rf"gantry.*{gap:.3f} m.*'table'"):
             envelope.check_path(np.array(way), "the gantry")
         assert envelope.path_gap(np.array(way)) == pytest.approx(gap - 0.2, abs=1e-9)
-    above = np.array([start, end]) + [0, 0, 1.21 - end[2]]
-    envelope.check_path(above)
+    envelope.check_path(np.array([(*start[:2], 1.21), (*end[:2], 1.21)]))
 
 
 def test_columns_make_shelves_forbidden_from_below():

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from rigs import FastClock, SystemClock, load_rig
-from rigs.dialogue.line import SerialLine, list_ports
 from rigs.faults import LineError
-from rigs.firmware.grbl import GrblFirmware
+from rigs.firmware.grbl.firmware import GrblFirmware
 from rigs.firmware.marlin import MarlinFirmware
-from rigs.firmware.pty import PseudoTerminal
-from rigs.firmware.stepped import SteppedClock
 from rigs.grbl.controller import GrblController
 from rigs.grbl.options import GrblOptions
 from rigs.kinds.grbl import USUAL_SETTINGS
+from rigs.lines.serial import SerialLine, list_ports
+from rigs.lines.stepped import SteppedClock
+from rigs.lines.terminal import PseudoTerminal
 from rigs.marlin.controller import MarlinController, MarlinOptions
 from rigs.rigfile import PRESETS, find_rig_file, preset_names
 from rir.errors import ConfigError, RigError

@@ -10,7 +10,7 @@ import pytest
 
 from rigs import VirtualClock
 from rigs.faults import AlarmError, RebootError, RefusedError, SilenceError
-from rigs.firmware.grbl import GrblFirmware
+from rigs.firmware.grbl.firmware import GrblFirmware
 from rigs.grbl.link import GrblLink, Patience
 from rigs.grbl.parsing import (
     Alarm,
@@ -82,7 +82,7 @@ class Replay:
     """Feed the host's bytes to the model when its machine is where the real one was."""
 
     def __init__(self, board, recorded):
-        self.board = board
+        self.board, self.state = board, board.state
         self.recorded = recorded
         self.out = b""
         self.stopping = False
@@ -92,7 +92,7 @@ class Replay:
         clock = 0.0
         for place, (time, way, data) in enumerate(self.recorded):
             if way == "->":
-                if self.at_rest and self.board.held is None:
+                if self.at_rest and self.state.held is None:
                     self.advance(self.board.now + min(time - clock, 2.5) * 0.9)
                 elif not self.homing and data.startswith(b"$"):
                     self.advance(self.board.now + min(time - clock, 0.01))
@@ -104,12 +104,11 @@ class Replay:
 
     @property
     def at_rest(self):
-        board = self.board
-        return board.glide is None and not board.queue and not self.homing
+        return self.state.glide is None and not self.state.queue and not self.homing
 
     @property
     def homing(self):
-        return self.board.commands.homing_line
+        return self.state.homing_line
 
     def advance(self, until):
         self.board.advance(until)
@@ -119,7 +118,7 @@ class Replay:
         if data in (b"?", *STOPS):
             self.synchronise(place, data)
         if data in STOPS:
-            self.stopping = data != b"\x85" or self.board.state == "Jog"
+            self.stopping = data != b"\x85" or self.state.name == "Jog"
         elif data not in (b"?", b"$G\n"):
             self.stopping = False
         self.board.receive(data)
@@ -150,28 +149,27 @@ class Replay:
 
     def wait_for_place(self, status):
         for _ in range(300):
-            if self.board.glide is None:
+            if self.state.glide is None:
                 if self.board.next_event() == np.inf:
                     return
                 self.advance(min(self.board.next_event(), self.board.now + 0.05))
             elif self.reach(status):
                 return
             else:
-                self.advance(self.board.glide.end_time + 1e-6)
+                self.advance(self.state.glide.end_time + 1e-6)
 
     def wait_for_stop(self, status):
         """Let a stop go on until the model is in the recorded state."""
         for _ in range(30000):
-            board = self.board
             if status.state in MOVING or self.at_rest:
                 return
-            if board.state == status.state and (status.substate or 0) > 0:
+            if self.state.name == status.state and (status.substate or 0) > 0:
                 return
-            self.advance(board.now + 0.002)
+            self.advance(self.board.now + 0.002)
 
     def reach(self, status):
         """Advance to the recorded place if it lies ahead on the present move."""
-        glide, place = self.board.glide, status.machine
+        glide, place = self.state.glide, status.machine
         way = glide.end - glide.start
         along = float((place - glide.start) @ way) / max(glide.length, 1e-9)
         off = np.linalg.norm(glide.at(max(along, 0.0)) - place)
@@ -211,9 +209,9 @@ class Replay:
         )
         off = np.max(np.abs(a.machine - b.machine))
         assert off <= (STOPPED_WITHIN if self.stopping else 0.0045), (wanted, got)
-        if self.stopping and self.board.glide is None:
-            self.board.rest = a.machine.copy()
-            self.board.planned = a.machine.copy()
+        if self.stopping and self.state.glide is None:
+            self.state.rest = a.machine.copy()
+            self.state.planned = a.machine.copy()
 
     def next_line(self):
         limit = self.board.now + 60.0

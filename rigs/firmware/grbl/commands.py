@@ -1,47 +1,37 @@
 """What a Grbl board does with a line: system commands and G-code."""
 
 import re
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigs.firmware.grbl_block import (
+from rigs.firmware.grbl.block import (
     Block,
     BlockError,
     check_leftovers,
     read_block,
     strip_comments,
 )
-from rigs.firmware.grbl_homing import start_homing
-from rigs.firmware.grbl_settings import check_setting
-
-if TYPE_CHECKING:
-    from rigs.firmware.grbl import GrblFirmware
+from rigs.firmware.grbl.board import Board
+from rigs.firmware.grbl.homing import Homing
+from rigs.firmware.grbl.report import Reports
+from rigs.firmware.grbl.settings import check_setting
+from rigs.firmware.grbl.state import BLOCKS, INCH_MM, Modes
 
 HELP = "[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]\r\n"
 VERSION = "[VER:1.1h.20190830:]\r\n[OPT:V,15,128]\r\n"
-EEPROM_TIME = 0.02
 
 
 class Commands:
     """Run the lines of one board."""
 
-    def __init__(self, board: "GrblFirmware") -> None:
-        self.board = board
-        self.swallowed = False
-        self.reset()
+    def __init__(self, board: Board, reports: Reports) -> None:
+        self.board, self.reports = board, reports
+        self.state = board.state
 
-    def reset(self) -> None:
-        """Forget the modes, as a reset does."""
-        self.motion, self.plane, self.units = "G0", "G17", "G21"
-        self.distance, self.feed_mode, self.system = "G90", "G94", "G54"
-        self.tool, self.feed = 0, 0.0
-        self.g92 = np.zeros(3)
-        self.homing_line = False
-
-    def work_offset(self) -> np.ndarray:
-        """Return machine minus work coordinates, mm."""
-        return self.board.offsets[self.system] + self.g92
+    @property
+    def modes(self) -> Modes:
+        """The parser's modes, which a reset replaces."""
+        return self.state.modes
 
     def line(self, text: str, *, overlong: bool = False) -> None:
         """Run one line and answer it."""
@@ -50,7 +40,7 @@ class Commands:
             self.board.answer(11)
         elif bare.startswith("$"):
             self._system(bare)
-        elif bare and self.board.state in ("Alarm", "Jog"):
+        elif bare and self.state.name in ("Alarm", "Jog"):
             self.board.answer(9)
         else:
             self.gcode_line(bare)
@@ -69,12 +59,11 @@ class Commands:
 
     def _system(self, bare: str) -> None:
         board = self.board
-        simple = {"$": HELP, "$G": None, "$X": None, "$C": None}
         if bare == "$":
-            board.send(simple["$"] or "")
+            board.send(HELP)
             board.answer()
         elif bare == "$G":
-            board.send(board.reports.modes())
+            board.send(self.reports.modes())
             board.answer()
         elif bare == "$X":
             self._unlock()
@@ -82,7 +71,7 @@ class Commands:
             self._jog(bare[3:])
         elif bare == "$C":
             self._check_mode()
-        elif board.state not in ("Idle", "Alarm", "Home"):
+        elif self.state.name not in ("Idle", "Alarm", "Home"):
             board.answer(8)
         else:
             self._idle_command(bare)
@@ -90,11 +79,11 @@ class Commands:
     def _idle_command(self, bare: str) -> None:
         board = self.board
         reports = {
-            "$$": board.reports.settings,
-            "$#": board.reports.parameters,
+            "$$": self.reports.settings,
+            "$#": self.reports.parameters,
             "$I": lambda: VERSION,
             "$N": lambda: "".join(
-                f"$N{k}={line}\r\n" for k, line in enumerate(board.startup)
+                f"$N{k}={line}\r\n" for k, line in enumerate(self.state.startup)
             ),
         }
         if bare in reports:
@@ -105,10 +94,10 @@ class Commands:
         elif bare == "$SLP":
             board.answer()
             board.send("[MSG:Sleeping]\r\n")
-            board.state = "Sleep"
-            board.reports.overrides_due = 0
+            self.state.name = "Sleep"
+            self.reports.overrides_due = 0
         elif match := re.fullmatch(r"\$N([01])=(.*)", bare):
-            board.startup[int(match[1])] = match[2]
+            self.state.startup[int(match[1])] = match[2]
             board.answer()
         else:
             self._setting(bare)
@@ -124,33 +113,33 @@ class Commands:
         except ValueError:
             board.answer(2)
             return
-        code = check_setting(board.settings, int(match[1]), value)
+        code = check_setting(self.state.settings, int(match[1]), value)
         if not code:
-            board.settings[int(match[1])] = value
+            self.state.settings[int(match[1])] = value
             self._after_setting(int(match[1]), value)
         board.answer(code)
 
     def _after_setting(self, number: int, value: float) -> None:
         if number == 22 and not value:
-            self.board.settings[20] = 0
+            self.state.settings[20] = 0
         if number == 13:
-            self.board.reports.offset_due = 0
+            self.reports.offset_due = 0
 
     def _unlock(self) -> None:
         board = self.board
-        if board.state == "Alarm":
+        if self.state.name == "Alarm":
             board.send("[MSG:Caution: Unlocked]\r\n")
-            board.state = "Idle"
+            self.state.name = "Idle"
         board.answer()
 
     def _check_mode(self) -> None:
         board = self.board
-        if board.state == "Check":
+        if self.state.name == "Check":
             board.send("[MSG:Disabled]\r\nok\r\n")
-            board.state = "Idle"
+            self.state.name = "Idle"
             board.soft_reset()
-        elif board.state == "Idle":
-            board.state = "Check"
+        elif self.state.name == "Idle":
+            self.state.name = "Check"
             board.send("[MSG:Enabled]\r\n")
             board.answer()
         else:
@@ -158,21 +147,32 @@ class Commands:
 
     def _home(self, bare: str) -> None:
         board = self.board
-        if not board.settings[22]:
+        if not self.state.settings[22]:
             board.answer(5)
             return
-        board.state = "Home"
+        self.state.name = "Home"
         if bare != "$H":
             board.answer(3)
             return
-        self.homing_line = True
-        start_homing(board)
+        self.state.homing_line = True
+        Homing(board, self._homed).seek()
+
+    def _homed(self) -> None:
+        board = self.board
+        if self.reports.pending:
+            self.reports.pending = False
+            board.send(self.reports.status())
+        self.state.name = "Idle"
+        self.state.homing_line = False
+        board.run_startup()
+        board.answer()
+        board.wake()
 
     # -- G-code -----------------------------------------------------------------------
 
     def _jog(self, words: str) -> None:
         board = self.board
-        if board.state not in ("Idle", "Jog"):
+        if self.state.name not in ("Idle", "Jog"):
             board.answer(8)
             return
         try:
@@ -188,15 +188,15 @@ class Commands:
         if self._outside(target):
             board.answer(15)
             return
-        if np.any(target != board.planned):
-            scale = 25.4 if block.has("G20") else 1.0
+        if np.any(target != self.state.planned):
+            scale = INCH_MM if block.has("G20") else 1.0
             board.plan(target, block.values["F"] * scale, jog=True)
         board.answer()
 
     def _outside(self, target: np.ndarray) -> bool:
-        if not self.board.settings[20]:
+        if not self.state.settings[20]:
             return False
-        travel = np.array([self.board.settings[130 + k] for k in range(3)])
+        travel = self.state.axes(130)
         return bool(np.any(target > 1e-6) or np.any(target < -travel - 1e-6))
 
     def gcode(self, bare: str) -> bool:
@@ -220,8 +220,8 @@ class Commands:
         check_leftovers(block)
         moving = self._moves(block)
         motion = next((c for c in block.codes if c in ("G0", "G1", "G2", "G3")), None)
-        motion = motion or self.motion
-        feed = block.values.get("F", self.feed)
+        motion = motion or self.modes.motion
+        feed = block.values.get("F", self.modes.feed)
         if moving and motion != "G0" and not feed:
             raise BlockError(22)
         if block.has("G2", "G3") and not set("IJKR") & set(block.values):
@@ -250,17 +250,18 @@ class Commands:
         for name, codes in groups.items():
             for code in codes:
                 if code in block.codes:
-                    if name == "system" and code != self.system:
-                        self.board.reports.offset_due = 0
-                    setattr(self, name, code)
-        self.feed = block.values.get("F", self.feed)
-        self.tool = int(block.values.get("T", self.tool))
+                    if name == "system" and code != self.modes.system:
+                        self.reports.offset_due = 0
+                    setattr(self.modes, name, code)
+        self.modes.feed = block.values.get("F", self.modes.feed)
+        self.modes.tool = int(block.values.get("T", self.modes.tool))
 
     def _target(self, block: Block) -> np.ndarray:
-        units = "G20" if block.has("G20") else "G21" if block.has("G21") else self.units
-        scale = 25.4 if units == "G20" else 1.0
-        distance = next((c for c in block.codes if c in ("G90", "G91")), self.distance)
-        target = self.board.planned.copy()
+        modes = self.modes
+        units = next((c for c in ("G20", "G21") if block.has(c)), modes.units)
+        scale = INCH_MM if units == "G20" else 1.0
+        distance = next((c for c in block.codes if c in ("G90", "G91")), modes.distance)
+        target = self.state.planned.copy()
         for letter, value in block.axes.items():
             k = "XYZ".index(letter)
             if block.has("G53"):
@@ -268,12 +269,12 @@ class Commands:
             elif distance == "G91":
                 target[k] += value * scale
             else:
-                target[k] = value * scale + self.work_offset()[k]
+                target[k] = value * scale + self.state.work_offset()[k]
         return target
 
     def _act(self, block: Block) -> bool:
         board = self.board
-        if board.state == "Check":
+        if self.state.name == "Check":
             return False
         if block.has("M30", "M2"):
             board.send("[MSG:Pgm End]\r\n")
@@ -285,7 +286,7 @@ class Commands:
             return False
         if block.has("G10"):
             return self._store(block)
-        if self._moves(block) and self.motion in ("G0", "G1"):
+        if self._moves(block) and self.modes.motion in ("G0", "G1"):
             return self._move(block)
         return False
 
@@ -293,48 +294,48 @@ class Commands:
         board = self.board
 
         def end() -> None:
-            board.blocked = False
+            self.state.blocked = False
             board.answer()
             board.wake()
 
         def begin() -> None:
-            board.blocked = False
+            self.state.blocked = False
             self._block_for(seconds, end)
 
         board.when_still(begin)
         return True
 
     def _block_for(self, seconds: float, end) -> None:
-        self.board.waiting = lambda: None
+        self.state.waiting = lambda: None
 
         def done() -> None:
-            self.board.waiting = None
+            self.state.waiting = None
             end()
 
         self.board.schedule(seconds, done)
 
     def _shift(self, block: Block) -> None:
-        board = self.board
-        scale = 25.4 if self.units == "G20" else 1.0
+        scale = INCH_MM if self.modes.units == "G20" else 1.0
         if block.has("G92.1"):
-            self.g92 = np.zeros(3)
+            self.state.g92 = np.zeros(3)
         for letter, value in block.axes.items():
             k = "XYZ".index(letter)
-            base = board.planned[k] - board.offsets[self.system][k]
-            self.g92[k] = base - value * scale
-        board.reports.offset_due = 0
+            base = self.state.planned[k] - self.state.offsets[self.modes.system][k]
+            self.state.g92[k] = base - value * scale
+        self.reports.offset_due = 0
 
     def _store(self, block: Block) -> bool:
         board = self.board
-        system = f"G{53 + int(block.values['P'])}" if block.values["P"] else self.system
+        number = int(block.values["P"])
+        system = f"G{53 + number}" if block.values["P"] else self.modes.system
 
         def act() -> None:
             for letter, value in block.axes.items():
                 k = "XYZ".index(letter)
                 if block.values["L"] == 20:
-                    value = board.planned[k] - self.g92[k] - value
-                board.offsets[system][k] = value
-            board.reports.offset_due = 0
+                    value = self.state.planned[k] - self.state.g92[k] - value
+                self.state.offsets[system][k] = value
+            self.reports.offset_due = 0
             board.answer()
 
         board.when_still(act)
@@ -343,27 +344,27 @@ class Commands:
     def _move(self, block: Block) -> bool:
         board = self.board
         target = self._target(block)
-        if self._outside(target) and board.state != "Home":
+        if self._outside(target) and self.state.name != "Home":
             self._soft_limit()
             return True
-        scale = 25.4 if self.units == "G20" else 1.0
-        feed = np.inf if self.motion == "G0" else self.feed * scale
-        if len(board.queue) >= 15:
-            board.waiting = lambda: (board.plan(target, feed), board.answer())[1]
+        scale = INCH_MM if self.modes.units == "G20" else 1.0
+        feed = np.inf if self.modes.motion == "G0" else self.modes.feed * scale
+        if len(self.state.queue) >= BLOCKS:
+            self.state.waiting = lambda: (board.plan(target, feed), board.answer())[1]
             return True
-        if np.any(np.abs(target - board.planned) > 1e-9):
+        if np.any(np.abs(target - self.state.planned) > 1e-9):
             board.plan(target, feed)
         return False
 
     def _soft_limit(self) -> None:
         board = self.board
-        self.swallowed = True
+        self.state.swallowed = True
 
         def alarm() -> None:
             board.alarm(2, critical=True)
 
-        if board.glide is None:
+        if self.state.glide is None:
             alarm()
             return
-        board.state, board.substate = "Hold", 1
+        self.state.name, self.state.substate = "Hold", 1
         board.brake(alarm)

@@ -1,9 +1,9 @@
 """Lines from port names, simulated boards included."""
 
 from rigs.clock import Clock, VirtualClock
-from rigs.dialogue.line import Line, SerialLine
 from rigs.firmware.chip import Chip
-from rigs.firmware.direct import DirectLine
+from rigs.lines.direct import DirectLine
+from rigs.lines.serial import Line, SerialLine
 
 SIMULATED = "simulated"
 """The port name behind which a firmware model answers."""
@@ -13,8 +13,8 @@ class ServedLine(SerialLine):
     """A serial line to a firmware model on a pseudo-terminal of its own."""
 
     def __init__(self, chip: Chip, clock: Clock) -> None:
-        from rigs.firmware.pty import PseudoTerminal
-        from rigs.firmware.stepped import SteppedClock
+        from rigs.lines.stepped import SteppedClock
+        from rigs.lines.terminal import PseudoTerminal
 
         self._end = lambda: None
         if isinstance(clock, SteppedClock):

@@ -15,10 +15,10 @@ from rigs.calibration.frame import Frame
 from rigs.calibration.mount import Mount
 from rigs.carriers import Carriers
 from rigs.clock import VirtualClock
-from rigs.firmware.direct import DirectLine
-from rigs.firmware.grbl import GrblFirmware
+from rigs.firmware.grbl.firmware import GrblFirmware
 from rigs.grbl.controller import GrblController
 from rigs.grbl.options import GrblOptions
+from rigs.lines.direct import DirectLine
 from rigs.machine import MachineRig
 from rigs.planning.envelope import Envelope, KeepOut
 from rigs.rig import Surroundings
@@ -160,7 +160,7 @@ class Ordeal:
             self.lost[k] = True
             return
         if fault.kind in ("soft-limit", "hard-limit"):
-            if not chip.locked and chip.state in ("Run", "Idle", "Jog"):
+            if not chip.state.locked and chip.state.name in ("Run", "Idle", "Jog"):
                 chip.alarm(2 if fault.kind == "soft-limit" else 1, critical=True)
             return
         pressed = {"reset": 0x18, "hold": ord("!"), "door": 0x84}
@@ -201,7 +201,7 @@ class Ordeal:
         if not self.watching:
             return
         self.chips[k].schedule(WATCH, lambda: self._watch(k), lasting=True)
-        if self.chips[k].glide is None:
+        if self.chips[k].state.glide is None:
             return
         here = self.frames[k].to_room(self.chips[k].true_position)
         other = self.frames[1 - k].to_room(self.chips[1 - k].true_position)

@@ -10,7 +10,7 @@ class DirectLine:
 
     Examples
     --------
-    >>> from rigs.firmware.grbl import GrblFirmware
+    >>> from rigs.firmware.grbl.firmware import GrblFirmware
     >>> clock = VirtualClock()
     >>> line = DirectLine(GrblFirmware(), clock)
     >>> line.write(b"?")

@@ -1,22 +1,18 @@
 """What a Grbl board reports: states, positions, settings, parameters."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from rigs.firmware.grbl_settings import print_setting
-
-if TYPE_CHECKING:
-    from rigs.firmware.grbl import GrblFirmware
+from rigs.firmware.grbl.board import Board
+from rigs.firmware.grbl.settings import print_setting
+from rigs.firmware.grbl.state import BLOCKS, INCH_MM
 
 BUSY = ("Run", "Jog", "Hold", "Door", "Home")
-INCH = 25.4
 
 
 class Reports:
     """Write the reports of one board."""
 
-    def __init__(self, board: "GrblFirmware") -> None:
+    def __init__(self, board: Board) -> None:
         self.board = board
         self.pending = False
         self.reset()
@@ -30,52 +26,51 @@ class Reports:
 
     def vector(self, values: np.ndarray) -> str:
         """Return comma-separated coordinates in the units of the reports."""
-        inches = bool(self.board.settings[13])
-        scale, digits = (1 / INCH, 4) if inches else (1.0, 3)
+        inches = bool(self.board.state.settings[13])
+        scale, digits = (1 / INCH_MM, 4) if inches else (1.0, 3)
         return ",".join(f"{value * scale + 0.0:.{digits}f}" for value in values)
 
     def pins(self) -> str:
         """Return the letters of the switches pressed."""
         pressed = self.board.true_position >= -1e-9
-        homed = bool(self.board.settings[22])
+        homed = bool(self.board.state.settings[22])
         return "".join("XYZ"[k] for k in range(3) if pressed[k] and homed)
 
     def ask(self) -> None:
         """Answer a question mark, now or when homing ends."""
         board = self.board
-        if board.state == "Home" and board.commands.homing_line:
+        if board.state.name == "Home" and board.state.homing_line:
             self.pending = True
             return
         board.send(self.status())
 
     def status(self) -> str:
         """Return a status report."""
-        board = self.board
-        state = board.state
-        if state in ("Hold", "Door"):
-            state += f":{board.substate}"
-        mask = int(board.settings[10])
-        offset = board.commands.work_offset()
+        board, state = self.board, self.board.state
+        held = state.name in ("Hold", "Door")
+        name = f"{state.name}:{state.substate}" if held else state.name
+        mask = int(state.settings[10])
+        offset = state.work_offset()
         here = board.position
-        name, shown = ("MPos", here) if mask & 1 else ("WPos", here - offset)
-        fields = [state, f"{name}:{self.vector(shown)}"]
+        origin, shown = ("MPos", here) if mask & 1 else ("WPos", here - offset)
+        fields = [name, f"{origin}:{self.vector(shown)}"]
         if mask & 2:
-            fields.append(f"Bf:{15 - len(board.queue)},{128 - len(board.ring)}")
+            fields.append(f"Bf:{BLOCKS - len(state.queue)},{128 - len(state.ring)}")
         fields.append(f"FS:{self._feed()},0")
         fields += self._pins_field() + self._rare_fields(offset)
         return "<" + "|".join(fields) + ">\r\n"
 
     def _feed(self) -> str:
-        board = self.board
-        speed = board.glide.speed_at(board.now) * 60 if board.glide else 0.0
-        return f"{speed / INCH:.1f}" if board.settings[13] else f"{speed:.0f}"
+        state = self.board.state
+        speed = state.glide.speed_at(self.board.now) * 60 if state.glide else 0.0
+        return f"{speed / INCH_MM:.1f}" if state.settings[13] else f"{speed:.0f}"
 
     def _pins_field(self) -> list[str]:
         pins = self.pins()
         return [f"Pn:{pins}"] if pins else []
 
     def _rare_fields(self, offset: np.ndarray) -> list[str]:
-        busy = self.board.state in BUSY
+        busy = self.board.state.name in BUSY
         fields = []
         if self.offset_due > 0:
             self.offset_due -= 1
@@ -102,20 +97,21 @@ class Reports:
 
     def settings(self) -> str:
         """Return the settings report."""
-        lines = [print_setting(n, v) for n, v in sorted(self.board.settings.items())]
+        kept = sorted(self.board.state.settings.items())
+        lines = [print_setting(number, value) for number, value in kept]
         return "".join(f"{line}\r\n" for line in lines)
 
     def parameters(self) -> str:
         """Return the coordinate offsets and the last probe."""
-        commands = self.board.commands
-        lines = [f"[{k}:{self.vector(v)}]" for k, v in self.board.offsets.items()]
-        lines.append(f"[G92:{self.vector(commands.g92)}]")
+        state = self.board.state
+        lines = [f"[{k}:{self.vector(v)}]" for k, v in state.offsets.items()]
+        lines.append(f"[G92:{self.vector(state.g92)}]")
         lines += ["[TLO:0.000]", "[PRB:0.000,0.000,0.000:0]"]
         return "".join(f"{line}\r\n" for line in lines)
 
     def modes(self) -> str:
         """Return the parser state."""
-        c = self.board.commands
+        c = self.board.state.modes
         codes = [c.motion, c.system, c.plane, c.units, c.distance, c.feed_mode]
         tail = f"M5 M9 T{c.tool} F{c.feed:.0f} S0"
         return f"[GC:{' '.join(codes)} {tail}]\r\n"

@@ -1,0 +1,1 @@
+"""Grbl 1.1h as a model."""
