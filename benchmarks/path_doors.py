@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from inverse.find import hear_room
+from inverse.find import room_in_rows
 from inverse.late.features import PlaceFeatures
 from inverse.late.late import chi_square_bias, fit_maps
 from inverse.late.slopes import common_rates, region_curves
@@ -256,7 +256,7 @@ def held(house: House, rows: FitSet, shape: Any) -> dict[str, float]:
 def fit_case(house: House, rows: FitSet, test: FitSet) -> dict[str, Any]:
     """Hear the rooms as the path field does and score unseen emitters."""
     start = time.process_time()
-    heard = hear_room(rows)
+    heard = room_in_rows(rows)
     told: dict[str, Any] = {"cpu_s": time.process_time() - start}
     answer = heard.predict(test.emitters, test.listeners, test.n_samples)
     gap = ((answer - test.responses) ** 2).sum(axis=1) / (test.responses**2).sum(axis=1)

@@ -22,7 +22,7 @@ import numpy as np
 from numba import njit
 
 from inverse.bands.banded_room import BandedRoom
-from inverse.find import hear_room
+from inverse.find import room_in_rows
 from inverse.paths.box_fit import level_errors
 from inverse.rows.fitset import FitSet, place_numbers
 from rir import Poses
@@ -350,7 +350,7 @@ def overlap(truth: Truth, room: BandedRoom) -> float:
 def measured(truth: Truth, train: Rows, test: Rows) -> dict[str, Any]:
     """Fit, and judge unseen emitters."""
     start = time.process_time()
-    heard = hear_room(train.told)
+    heard = room_in_rows(train.told)
     told: dict[str, Any] = {"cpu_s": time.process_time() - start}
     answer = heard.predict(test.told.emitters, test.told.listeners, SAMPLES)
     told["nmse_db"] = float(np.median(level_errors(test.told.responses, answer)))

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from fields.evaluate import compare_rows
-from inverse.find import hear_room
+from inverse.find import room_in_rows
 from inverse.late.coherence_horizon import Doubt, coherence_horizon
 from inverse.late.completion import Completion
 from inverse.paths.bank import ideal_bank
@@ -286,7 +286,7 @@ def whole_length(render: Callable[..., None], count: int) -> dict[str, float]:
     for duration in (0.1, 0.1, 1.0):
         part = rows.cut(round(duration * RATE))
         started = time.process_time()
-        heard = hear_room(part)
+        heard = room_in_rows(part)
         fitted = time.process_time()
         some = rows.emitters[:20], rows.listeners[:20]
         heard.predict(*some, part.n_samples)

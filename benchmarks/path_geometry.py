@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from inverse.acoustics import Acoustics
-from inverse.find import hear_room
+from inverse.find import room_in_rows
 from inverse.paths.box_fit import level_errors
 from inverse.paths.polyhedral import FittedMesh
 from inverse.paths.polyhedron import Polyhedron
@@ -189,7 +189,7 @@ def l_case(
     """Hear one L and say what was found."""
     truth = Polyhedron.of_mesh(MeshGeometry.extruded(OUTLINE, HEIGHT))
     start = time.process_time()
-    heard = hear_room(train, shape=shape)
+    heard = room_in_rows(train, shape=shape)
     seconds = time.process_time() - start
     volume = float("nan")
     if isinstance(heard.fitted, FittedMesh):
@@ -278,7 +278,7 @@ def poor_cases(quick: bool) -> dict[str, dict[str, Any]]:
 def poor(train: FitSet, truth: Polyhedron) -> dict[str, Any]:
     """Hear a set and count what was invented."""
     start = time.process_time()
-    heard = hear_room(train)
+    heard = room_in_rows(train)
     seconds = time.process_time() - start
     return {
         **wall_errors(planes_of(heard), truth),

@@ -24,7 +24,7 @@ import numpy as np
 
 from fields.evaluate import compare_rows
 from inverse.acoustics import Acoustics
-from inverse.find import hear_room
+from inverse.find import room_in_rows
 from inverse.paths.box_fit import level_errors
 from inverse.rows.fitset import FitSet, place_numbers
 from rir import Poses
@@ -279,7 +279,7 @@ def scored(heard: np.ndarray, told: np.ndarray) -> dict[str, float]:
 def measured(train: FitSet, test: FitSet) -> tuple[dict[str, Any], Acoustics]:
     """Fit, and score unseen emitters."""
     start = time.process_time()
-    heard = hear_room(train)
+    heard = room_in_rows(train)
     seconds = time.process_time() - start
     told = heard.predict(test.emitters, test.listeners, test.n_samples)
     found = scored(test.responses, told)
@@ -306,7 +306,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     sets = {f"{emitters} places": train}
     if not options.quick:
         # once before the clock runs: compiling is no fitting
-        hear_room(train.spread(100))
+        room_in_rows(train.spread(100))
         sets["1 place"] = train.rows(np.flatnonzero(train.places == 0))
     for name, rows in sets.items():
         results[name], _ = measured(rows, test)

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from inverse.acoustics import Acoustics
-from inverse.find import hear_room
+from inverse.find import room_in_rows
 from inverse.paths.box_fit import level_errors
 from inverse.paths.shoebox import FittedRoom
 from inverse.rows.fitset import FitSet, place_numbers
@@ -112,9 +112,9 @@ def rows_of(maker: Any, emitters: int, listeners: int, seed: int) -> FitSet:
 
 def measured(train: FitSet, test: FitSet) -> dict[str, Any]:
     """Fit twice, time the second, and score unseen emitters."""
-    hear_room(train)
+    room_in_rows(train)
     start = time.process_time()
-    heard = hear_room(train)
+    heard = room_in_rows(train)
     seconds = time.process_time() - start
     told = heard.predict(test.emitters, test.listeners, test.n_samples)
     errors = level_errors(test.responses, told)
@@ -197,7 +197,7 @@ def few_emitters(draws: int, first_seed: int) -> dict[str, dict[str, Any]]:
         for seed in range(first_seed, first_seed + draws):
             rows, size = drawn_box(emitters, listeners, cardioid, seed)
             start = time.process_time()
-            heard = hear_room(rows, late=False)
+            heard = room_in_rows(rows, late=False)
             seconds.append(time.process_time() - start)
             found = _walls_within(heard, size, 0.005)
             right += found
@@ -242,7 +242,7 @@ def hard_cases(train: FitSet, test: FitSet) -> dict[str, dict[str, Any]]:
         ),
     }
     for name, rows in cases.items():
-        heard = hear_room(rows)
+        heard = room_in_rows(rows)
         answer = heard.predict(test.emitters, test.listeners, test.n_samples)
         walls = 0 if heard.fitted is None else heard.fitted.n_walls
         error = float(np.median(level_errors(test.responses, answer)))

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from fields.frame import SceneFrame
-from fields.recording import Recording, recording_of
 from fields.shape import known_shape
 from fields.surfaces import sample_surface
 from rir import Dataset, Poses
 from rir.errors import DatasetError, SignalError
 from rir.physics import speed_of_sound
+from rir.recording_blocks import RecordingBlocks, recording_blocks
 
 __all__ = ["FieldData", "check_dataset", "prepare"]
 
@@ -39,7 +39,7 @@ class FieldData:
         One pose a row.
     frame : SceneFrame
         Box, time axis and scale.
-    recording : Recording, optional
+    recording : RecordingBlocks, optional
         When the rows were recorded and how warm it was; None where unknown.
     """
 
@@ -47,7 +47,7 @@ class FieldData:
     emitters: Poses
     listeners: Poses
     frame: SceneFrame
-    recording: Recording | None = None
+    recording: RecordingBlocks | None = None
 
     def __len__(self) -> int:
         return len(self.responses)
@@ -123,7 +123,7 @@ def prepare(
         dataset.emitters,
         dataset.listeners,
         frame,
-        recording_of(dataset),
+        recording_blocks(dataset),
     )
 
 

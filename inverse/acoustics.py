@@ -7,12 +7,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from inverse.blend.aligned import AlignedRows
 from inverse.blend.blend import Rest
 from inverse.blend.fallback import NearestRows
 from inverse.names import part_of, prefixed
 from inverse.objects.furnishing import Furnishing
 from inverse.paths.polyhedral import FittedMesh
 from inverse.paths.shoebox import FittedRoom
+from inverse.rows.fitset import FitSet
 from inverse.stored import room_arrays, room_from
 from rir import GainPattern, Poses
 from rir.physics import speed_of_sound
@@ -61,6 +63,23 @@ class Acoustics:
         if self.rest is None:
             return early
         return self.rest.apply(early, emitters, listeners)
+
+    def left_out(self, rows: FitSet, among: FitSet) -> FloatArray:
+        """Return answers to measured rows without those of the same emitter place.
+
+        Parameters
+        ----------
+        rows : FitSet
+            Rows asked for, shape of the result (rows, n_samples).
+        among : FitSet
+            All measured rows; interpolated where neither room nor rows are held.
+        """
+        if self.rows is not None:
+            return self.rows.left_out(rows)
+        if self.fitted is None or self.rest is None:
+            return AlignedRows.of(among).left_out(rows)
+        early = self.fitted.predict(rows.emitters, rows.listeners, rows.n_samples)
+        return self.rest.left_out(early, rows)
 
     @property
     def latency_s(self) -> float:

@@ -1,5 +1,8 @@
 """Stage by stage, from rows to what answers for the room."""
 
+from collections.abc import Callable
+from functools import partial
+
 import numpy as np
 from threadpoolctl import threadpool_limits
 
@@ -7,6 +10,7 @@ from inverse.acoustics import Acoustics
 from inverse.bands.banded import in_half_octaves
 from inverse.blend.blend import Rest
 from inverse.blend.fallback import NearestRows
+from inverse.guard import guarded
 from inverse.paths.air import at_one_temperature, logged_temperature
 from inverse.paths.long_rows import followed
 from inverse.paths.open_air import fit_open_air
@@ -22,8 +26,10 @@ from inverse.paths.room import MOST_IMAGES
 from inverse.paths.shoebox import FittedRoom, fit_shoebox
 from inverse.rows.direct import read_direct
 from inverse.rows.fitset import FitSet
+from inverse.rows.outlier_rows import outlier_rows
 from inverse.rows.pose_spread import pose_alarms
 from inverse.rows.suspect_rows import doubtful_rows, doubtful_words
+from inverse.rows.units import checked_units
 from inverse.walls.box import Box
 from inverse.walls.box_search import suppose_box
 from inverse.walls.convex import try_convex
@@ -32,7 +38,7 @@ from inverse.walls.nearness import scanned
 from inverse.walls.opened import open_box
 from rir import GainPattern
 
-__all__ = ["hear_room"]
+__all__ = ["find_room", "room_in_rows", "without_outliers"]
 
 LEAST_ROWS, LEAST_SAMPLES = 8, 64
 LEAST_CLEARNESS = 4.0
@@ -47,6 +53,10 @@ WALL_NAMES = ("low x", "high x", "low y", "high y", "low z", "high z")
 WIDE_M = 0.02
 TOLD = 0.05
 """Part of the low sound a box may leave that is believed without direct sounds."""
+CLEAR, UNKNOWN = 0.005, 0.5
+"""Part of the energy a room leaves that is understood so far, but not well."""
+BETTER = 0.6
+"""Without outliers a room must leave this part of what it left with them."""
 NO_DIRECT = (
     "no direct sound stands where the poses say; check poses, their units and the "
     "latency: no walls are looked for"
@@ -54,9 +64,78 @@ NO_DIRECT = (
 NO_PLANE = "no walls were found: nothing reflects as a plane would"
 
 
+def find_room(
+    rows: FitSet,
+    *,
+    scan_rows: int = 120,
+    reach_s: float = 0.12,
+    late: bool = True,
+    listening: GainPattern | None = None,
+    shape: Polyhedron | None = None,
+    emitting: GainPattern | None = None,
+    aimed: bool | None = None,
+    pose_sd_m: float = 0.003,
+) -> Acoustics:
+    """Find the room that rows were measured in, or the best answer without one.
+
+    Units are checked first; rows that do not belong to the room are left out; and
+    where the nearest measured response proves a better answer, that is given.
+
+    Parameters
+    ----------
+    rows : FitSet
+        Measured rows.
+    scan_rows, reach_s, late, listening, shape, emitting, aimed, pose_sd_m
+        See :func:`room_in_rows`.
+    """
+    rows, doubts = checked_units(rows)
+    if doubts:
+        words = [*doubts, "the nearest response is answered"]
+        return Acoustics(None, NearestRows.of(rows), None, 1.0, words)
+    found = without_outliers(
+        rows,
+        partial(
+            room_in_rows,
+            scan_rows=scan_rows,
+            reach_s=reach_s,
+            late=late,
+            listening=listening,
+            shape=shape,
+            emitting=emitting,
+            aimed=aimed,
+            pose_sd_m=pose_sd_m,
+        ),
+    )
+    return guarded(found, rows) if late else found
+
+
+def without_outliers(rows: FitSet, find: Callable[[FitSet], Acoustics]) -> Acoustics:
+    """Return the room found in rows, in those that belong together if that is clearer.
+
+    Parameters
+    ----------
+    rows : FitSet
+        Measured rows.
+    find : callable
+        Finds a room in rows.
+    """
+    first = find(rows)
+    if first.fitted is None or not CLEAR < first.unexplained < UNKNOWN:
+        return first
+    predicted = first.fitted.predict(rows.emitters, rows.listeners, rows.n_samples)
+    outliers = outlier_rows(rows, predicted)
+    if not outliers.any():
+        return first
+    again = find(rows.rows(np.flatnonzero(~outliers)))
+    if again.fitted is None or again.unexplained > BETTER * first.unexplained:
+        return first
+    again.alarms.extend(doubtful_words(rows, outliers))
+    return again
+
+
 # kernels multiply small matrices: BLAS threads cost more than they compute
 @threadpool_limits.wrap(limits=1, user_api="blas")
-def hear_room(
+def room_in_rows(
     rows: FitSet,
     *,
     scan_rows: int = 120,

@@ -16,20 +16,16 @@ import numpy as np
 from fields.data import FieldData
 from fields.field import paired_queries
 from fields.frame import SceneFrame
+from fields.joined import FieldWithNetwork, join_network
 from fields.plan import TrainingPlan
 from inverse.acoustics import Acoustics
-from inverse.blend.fallback import NearestRows
-from inverse.blend.guard import guarded
-from inverse.blend.network import Joined
-from inverse.blend.residual import needs_network, with_network
-from inverse.find import hear_room
+from inverse.find import find_room
+from inverse.guard import needs_network
 from inverse.paths.air import speed_at, stretched
 from inverse.paths.polyhedron import Polyhedron
 from inverse.plan.ground_plan import GroundPlan, plan_of
-from inverse.rows.fitset import FitSet
-from inverse.rows.outlier_rows import heard_without_strays
-from inverse.rows.units import paced
-from rir import DatasetError, GainPattern, Pose, Poses
+from inverse.rows.fitset import FitSet, place_numbers
+from rir import GainPattern, Pose, Poses, TrainingError
 
 __all__ = ["PRESETS", "Config", "PathField", "fit", "load"]
 
@@ -70,7 +66,7 @@ class PathField:
         frame: SceneFrame,
         config: Config,
         ends: np.ndarray | None = None,
-        joined: Joined | None = None,
+        joined: FieldWithNetwork | None = None,
     ) -> None:
         self.acoustics = acoustics
         self.joined = joined
@@ -184,32 +180,39 @@ def fit(data: FieldData, config: Config, plan: TrainingPlan) -> PathField:
     sizes = asdict(config)
     steps = sizes.pop("network_steps")
     shape = drawn_shape(sizes.pop("geometry"), data.frame)
-    rows, doubts = paced(FitSet.of(data))
-    if doubts:
-        nearest = NearestRows.of(rows)
-        words = [*doubts, "the nearest response is answered"]
-        return PathField(
-            Acoustics(None, nearest, None, 1.0, words), data.frame, config, _ends(data)
-        )
-    hear = partial(
-        hear_room,
+    rows = rows_of(data)
+    acoustics = find_room(
+        rows,
         **sizes,
         listening=data.frame.listener_gain,
         emitting=data.frame.emitter_gain,
         aimed=unequal(data.frame),
         shape=shape,
     )
-    acoustics = heard_without_strays(rows, hear)
     joined = None
-    if config.late:
-        acoustics = guarded(acoustics, rows)
-    if steps > 0 and config.late and needs_network(acoustics, len(data)):
+    if steps > 0 and config.late and needs_network(acoustics, rows):
         alike = not unequal(data.frame) and not (
             acoustics.rest and acoustics.rest.aimed
         )
-        joined, words = with_network(acoustics, data, plan, steps, alike=alike)
-        acoustics.alarms.extend(words)
+        answers = partial(acoustics.left_out, among=rows)
+        joined, message = join_network(answers, rows, data, plan, steps, alike=alike)
+        acoustics.alarms.append(message)
     return PathField(acoustics, data.frame, config, _ends(data), joined)
+
+
+def rows_of(data: FieldData) -> FitSet:
+    """Return training data as rows to find a room in."""
+    recording = data.recording
+    return FitSet(
+        np.asarray(data.responses, dtype=np.float64),
+        data.emitters,
+        data.listeners,
+        float(data.frame.sample_rate),
+        float(data.frame.speed_of_sound),
+        place_numbers(data.emitters.positions),
+        np.zeros(len(data), np.int64) if recording is None else recording.blocks,
+        None if recording is None else recording.temperatures,
+    )
 
 
 def _ends(data: FieldData) -> np.ndarray:
@@ -262,7 +265,7 @@ def load(path: Path) -> PathField:
 
     Raises
     ------
-    DatasetError
+    TrainingError
         If the file lacks a part, as those of older programs do.
     """
     with np.load(path, allow_pickle=False) as stored:
@@ -276,11 +279,11 @@ def load(path: Path) -> PathField:
         ends = stored["ends"] if "ends" in stored.files else None
     size = len(JOINED)
     kept = {name[size:]: one for name, one in arrays.items() if name[:size] == JOINED}
-    joined = Joined.from_arrays(kept) if kept else None
+    joined = FieldWithNetwork.from_arrays(kept) if kept else None
     try:
         acoustics = Acoustics.from_arrays(arrays)
     except KeyError as missing:
-        raise DatasetError(
+        raise TrainingError(
             f"{path} holds no {missing} of a path field: an older program wrote it; "
             "train the field again"
         ) from missing

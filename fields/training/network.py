@@ -88,18 +88,19 @@ class NetworkField:
     def save(self, path: str | Path) -> Path:
         """Write the field to ``path`` with the ending .pt."""
         path = Path(path).with_suffix(".pt")
-        torch.save(
-            {
-                "schema": SCHEMA,
-                "model": self.name,
-                "config": asdict(self.config),
-                "frame": self.frame.as_dict(),
-                "report": self.report,
-                "state": self.network.state_dict(),
-            },
-            path,
-        )
+        torch.save(self.stored(), path)
         return path
+
+    def stored(self) -> dict[str, Any]:
+        """Return what the field's file holds, in plain values and tensors."""
+        return {
+            "schema": SCHEMA,
+            "model": self.name,
+            "config": asdict(self.config),
+            "frame": self.frame.as_dict(),
+            "report": self.report,
+            "state": self.network.state_dict(),
+        }
 
 
 def load_network(

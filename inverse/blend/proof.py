@@ -6,13 +6,17 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from fields.evaluate import Scores, compare_rows
+from analysis.scores import Scores, compare_rows
 from inverse.rows.fitset import FitSet
 
-__all__ = ["Proof", "likeness", "prove"]
+__all__ = ["Proof", "beaten_by_nearest", "error_ratio", "likeness", "prove"]
 
 MOST_ROWS = 100
 LEAST = 1e-6
+WORSE = 1.05
+"""Errors 5 % larger are worse; less is chance in a hundred rows."""
+CHIEF = ("C50", "STFT")
+"""One metric of decays and one of waveforms: no answer may lose in both."""
 EARLY_S = 0.15
 """Answers differ early; what follows is told by the same late field."""
 
@@ -74,3 +78,24 @@ def prove(
             for name, answer in answers.items()
         }
     )
+
+
+def beaten_by_nearest(proof: Proof, name: str, nearest: str = "nearest") -> bool:
+    """Return whether an answer is worse than another, in all or in the chief metrics.
+
+    Examples
+    --------
+    >>> proof = Proof({"a": {"C50": 2.0, "T60": 1.0}, "nearest": {"C50": 1, "T60": 9}})
+    >>> beaten_by_nearest(proof, "a")
+    True
+    """
+    return error_ratio(proof, name, nearest) > WORSE
+
+
+def error_ratio(proof: Proof, name: str, other: str) -> float:
+    """Return an answer's errors over another's, in all or in the chief metrics."""
+    if name not in proof.scores or other not in proof.scores:
+        return np.inf
+    own, others = proof.scores[name], proof.scores[other]
+    chief = {metric: own[metric] for metric in CHIEF if metric in own}
+    return max(likeness(own, others), likeness(chief, others))

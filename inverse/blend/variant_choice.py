@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from fields.evaluate import Scores
+from analysis.scores import Scores
 from inverse.blend.proof import likeness, prove
 from inverse.late.spectral_tilt import tint_filter
 from inverse.rows.fitset import FitSet

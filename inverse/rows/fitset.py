@@ -1,11 +1,10 @@
-"""What the path field fits: responses in double precision and who made them."""
+"""What a room is found in: responses in double precision and the poses of the ends."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fields.data import FieldData
 from rir import Poses
 
 __all__ = ["FitSet", "place_numbers"]
@@ -95,22 +94,6 @@ class FitSet:
     def cut(self, n_samples: int) -> "FitSet":
         """Return the rows' first samples."""
         return replace(self, responses=self.responses[:, :n_samples])
-
-    @classmethod
-    def of(cls, data: FieldData) -> "FitSet":
-        """Take over the rows a field is trained on."""
-        recording = data.recording
-        blocks = np.zeros(len(data), dtype=np.int64)
-        return cls(
-            np.asarray(data.responses, dtype=np.float64),
-            data.emitters,
-            data.listeners,
-            float(data.frame.sample_rate),
-            float(data.frame.speed_of_sound),
-            place_numbers(data.emitters.positions),
-            blocks if recording is None else recording.blocks,
-            None if recording is None else recording.temperatures,
-        )
 
 
 def place_numbers(positions: FloatArray) -> IntArray:

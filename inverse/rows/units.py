@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from inverse.rows.fitset import FitSet
 
-__all__ = ["paced", "travelled_speed"]
+__all__ = ["checked_units", "travelled_speed"]
 
 FloatArray = NDArray[np.float64]
 LEAST_ROWS, MOST_ROWS = 12, 150
@@ -27,7 +27,7 @@ UNITS = {1000.0: "millimetres", 100.0: "centimetres", 3.2808: "feet", 39.37: "in
 NAMED = 0.06
 
 
-def paced(rows: FitSet) -> tuple[FitSet, list[str]]:
+def checked_units(rows: FitSet) -> tuple[FitSet, list[str]]:
     """Return rows with the speed their direct sounds have, and doubts in words.
 
     Speeds of air from -20 to 55 degrees are taken over; others are only told.

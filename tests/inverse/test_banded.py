@@ -6,7 +6,7 @@ from inverse.acoustics import Acoustics
 from inverse.bands.band_fit import _moved, _sums, hear_bands
 from inverse.bands.banded import start_banded
 from inverse.bands.half_octaves import HalfOctaves
-from inverse.find import hear_room
+from inverse.find import room_in_rows
 from inverse.paths.bank import ideal_bank
 from inverse.paths.box_fit import level_errors
 from inverse.paths.room import OMNI, BoxRoom
@@ -177,7 +177,7 @@ def test_walls_that_depend_on_angle_are_found(box_set, unseen_set, started):
     ends = box_set.emitters, box_set.listeners
     truth = replace(banded, source=np.fft.rfft(np.eye(1, 9, 4)[0], banded.grid.size))
     rows = replace(box_set, responses=truth.render(*ends, box_set.n_samples))
-    heard = hear_room(rows)
+    heard = room_in_rows(rows)
     ends = unseen_set.emitters, unseen_set.listeners
     wanted = truth.render(*ends, unseen_set.n_samples)
     told = heard.predict(*ends, unseen_set.n_samples)

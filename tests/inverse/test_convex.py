@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from inverse.find import hear_room
+from inverse.find import room_in_rows
 from inverse.paths.bank import ideal_bank
 from inverse.paths.box_fit import level_errors
 from inverse.paths.mesh_room import MeshRoom
@@ -42,7 +42,7 @@ def oblique_set():
 
 
 def test_a_trapezoid_is_heard_blind_to_its_waveforms(oblique_set):
-    acoustics = hear_room(oblique_set)
+    acoustics = room_in_rows(oblique_set)
     report, unseen = acoustics.report(), trapezoid_rows(2, 8, 5)
     told = acoustics.predict(unseen.emitters, unseen.listeners, unseen.n_samples)
     assert report["walls"] == 6

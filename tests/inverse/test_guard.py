@@ -8,9 +8,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from inverse.acoustics import Acoustics
 from inverse.blend.fallback import NearestRows
-from inverse.blend.guard import guarded
 from inverse.blend.proof import Proof
-from inverse.find import hear_room
+from inverse.find import room_in_rows
+from inverse.guard import guarded
 
 
 class LateRest:
@@ -26,7 +26,7 @@ class LateRest:
 
 def test_what_is_worse_than_the_nearest_row_gives_way_to_it(box_set, unseen_set):
     late: Any = LateRest()
-    spoiled = replace(hear_room(box_set), rest=late, unexplained=0.9)
+    spoiled = replace(room_in_rows(box_set), rest=late, unexplained=0.9)
     acoustics = guarded(spoiled, box_set)
     ends = unseen_set.emitters, unseen_set.listeners, unseen_set.n_samples
     assert_array_equal(acoustics.predict(*ends), NearestRows.of(box_set).predict(*ends))
@@ -60,5 +60,5 @@ def test_nearest_rows_are_stored_with_how_they_answer(box_set):
 
 
 def test_a_room_that_is_understood_is_left_alone(box_set):
-    acoustics = hear_room(box_set)
+    acoustics = room_in_rows(box_set)
     assert guarded(acoustics, box_set) is acoustics

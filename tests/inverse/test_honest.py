@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from inverse.blend.proof import prove
-from inverse.find import hear_room
+from inverse.find import room_in_rows
 from inverse.rows.fitset import place_numbers
 from rir import Poses
 
@@ -34,7 +34,7 @@ def moved(rows, spread_m, seed=2):
 def test_one_label_in_a_hundred_swapped_does_not_spoil_the_room(box_set, unseen_set):
     responses = np.array(box_set.responses)
     responses[[7, 80]] = responses[[80, 7]]
-    acoustics = hear_room(replace(box_set, responses=responses))
+    acoustics = room_in_rows(replace(box_set, responses=responses))
     assert acoustics.report()["walls"] == 6
     assert error_db(acoustics, unseen_set) < -20
     assert any("2 of 120 responses do not fit" in one for one in acoustics.alarms)
@@ -43,7 +43,7 @@ def test_one_label_in_a_hundred_swapped_does_not_spoil_the_room(box_set, unseen_
 def test_three_centimetres_off_the_walls_are_found_and_the_doubt_is_told(
     box_set, unseen_set
 ):
-    acoustics = hear_room(moved(box_set, 0.03))
+    acoustics = room_in_rows(moved(box_set, 0.03))
     report = acoustics.report()
     assert report["unexplained"] > 0.05
     ends = unseen_set.emitters, unseen_set.listeners, unseen_set.n_samples
@@ -61,7 +61,7 @@ def test_three_centimetres_off_the_walls_are_found_and_the_doubt_is_told(
 
 def test_noise_alone_holds_no_wall_and_is_said_to(box_set):
     rng = np.random.default_rng(3)
-    acoustics = hear_room(
+    acoustics = room_in_rows(
         replace(box_set, responses=rng.standard_normal(box_set.responses.shape))
     )
     assert acoustics.report()["walls"] == 0
@@ -75,7 +75,7 @@ def test_reverberation_without_early_sound_holds_no_wall(box_set):
     onset = rows.distances / rows.speed_of_sound
     noise = rng.standard_normal(rows.responses.shape) * np.exp(-20 * times)
     noise[times < onset[:, None]] = 0
-    acoustics = hear_room(replace(rows, responses=noise))
+    acoustics = room_in_rows(replace(rows, responses=noise))
     assert acoustics.report()["walls"] == 0
     told = acoustics.predict(rows.emitters, rows.listeners, rows.n_samples)
     level = 10 * np.log10((told**2).sum() / (noise**2).sum())
@@ -87,7 +87,7 @@ def test_coincident_ends_are_left_out_and_answered(box_set):
     second = np.array(box_set.listeners.positions)
     second[:5] = box_set.emitters.positions[:5]
     rows = replace(box_set, listeners=Poses(second, box_set.listeners.orientations))
-    acoustics = hear_room(rows)
+    acoustics = room_in_rows(rows)
     told = acoustics.predict(rows.emitters[:5], rows.listeners[:5], rows.n_samples)
     assert np.isfinite(told).all()
     assert acoustics.report()["walls"] == 6
@@ -102,7 +102,7 @@ def test_the_same_place_for_all_rows_is_told_to_be_too_little(box_set):
         listeners=Poses(place, still),
         places=place_numbers(place),
     )
-    acoustics = hear_room(rows)
+    acoustics = room_in_rows(rows)
     assert acoustics.report()["walls"] == 0
     assert any("too few" in one for one in acoustics.alarms)
     told = acoustics.predict(rows.emitters[:2], rows.listeners[:2], rows.n_samples)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from inverse.find import hear_room
+from inverse.find import room_in_rows
 from inverse.paths.box_fit import level_errors
 from inverse.paths.long_rows import followed
 
@@ -14,7 +14,7 @@ def long_set(make_box_rows):
 
 
 def test_a_clean_box_is_told_to_the_end_of_long_rows(long_set, make_box_rows):
-    heard = hear_room(long_set)
+    heard = room_in_rows(long_set)
     unseen = make_box_rows(emitters=1, listeners=6, n_samples=2400, seed=8)
     told = heard.predict(unseen.emitters, unseen.listeners, unseen.n_samples)
     assert np.median(level_errors(unseen.responses, told)) < -35
@@ -23,7 +23,7 @@ def test_a_clean_box_is_told_to_the_end_of_long_rows(long_set, make_box_rows):
 
 
 def test_paths_are_not_followed_where_they_tell_little(long_set, make_box_rows):
-    fitted = hear_room(make_box_rows(emitters=3, listeners=12)).fitted
+    fitted = room_in_rows(make_box_rows(emitters=3, listeners=12)).fitted
     assert fitted is not None
     rng = np.random.default_rng(2)
     noisy = long_set.responses + 0.02 * rng.standard_normal(long_set.responses.shape)

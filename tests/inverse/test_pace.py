@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from inverse.rows.units import paced, travelled_speed
+from inverse.rows.units import checked_units, travelled_speed
 from rir import Poses
 
 
@@ -20,7 +20,7 @@ def rows_ends(rows):
 
 
 def test_right_units_are_left_alone(box_set):
-    same, doubts = paced(box_set)
+    same, doubts = checked_units(box_set)
     assert same is box_set
     assert not doubts
 
@@ -30,19 +30,19 @@ def test_right_units_are_left_alone(box_set):
     [(1000.0, "millimetres"), (100.0, "centimetres"), (3.2808, "feet")],
 )
 def test_other_units_are_named(box_set, factor, unit):
-    _, doubts = paced(scaled(box_set, factor))
+    _, doubts = checked_units(scaled(box_set, factor))
     assert len(doubts) == 1
     assert unit in doubts[0]
 
 
 def test_another_sample_rate_is_named(box_set):
-    _, doubts = paced(replace(box_set, sample_rate=44100.0))
+    _, doubts = checked_units(replace(box_set, sample_rate=44100.0))
     rate = float(doubts[0].split("sample rate were ")[1].split()[0])
     assert_allclose(rate, 16000, rtol=0.01)
 
 
 def test_hot_air_is_taken_over(box_set):
-    warm, doubts = paced(replace(box_set, speed_of_sound=330.0))
+    warm, doubts = checked_units(replace(box_set, speed_of_sound=330.0))
     assert_allclose(warm.speed_of_sound, 343.2, rtol=0.005)
     assert not doubts
 
@@ -63,5 +63,5 @@ def test_sound_that_bends_round_corners_is_not_taken_for_wrong_units(box_set):
     for row in hidden:
         responses[row] = 0.0
         responses[row, min(round(detour[row]), responses.shape[1] - 1)] = 1.0
-    _, doubts = paced(replace(box_set, responses=responses))
+    _, doubts = checked_units(replace(box_set, responses=responses))
     assert not doubts

@@ -7,8 +7,7 @@ import pytest
 
 from fields.frame import SceneFrame
 from fields.models.path import Config, PathField
-from fields.recording import recording_of
-from inverse.find import hear_room
+from inverse.find import room_in_rows
 from inverse.paths.air import (
     A_KELVIN,
     at_one_temperature,
@@ -24,6 +23,7 @@ from inverse.walls.opened import left_over
 from rir import Dataset, GainPattern, Poses
 from rir.errors import SignalError
 from rir.physics import speed_of_sound
+from rir.recording_blocks import recording_blocks
 
 RATE = 16000
 KELVIN = np.array([-0.25, -0.1, 0.05, 0.3])
@@ -43,7 +43,7 @@ def test_sessions_and_runs_of_takes_are_blocks():
         sample_rate=8000,
         columns=columns,
     )
-    found = recording_of(one)
+    found = recording_blocks(one)
     np.testing.assert_array_equal(found.blocks, np.repeat([1, 0], 20))
     np.testing.assert_array_equal(found.temperatures, 21.0)
     np.testing.assert_array_equal(found.rows(rows[:3]).blocks, [1, 1, 1])
@@ -89,7 +89,7 @@ def drifting(make_box_rows):
 
 
 def test_drift_of_half_a_kelvin_is_recovered(drifting):
-    heard = hear_room(drifting, late=False)
+    heard = room_in_rows(drifting, late=False)
     speeds = np.array([one["speed_of_sound"] for one in heard.report()["blocks"]])
     wanted = np.array([speed_of_sound(20.0 + kelvin) for kelvin in KELVIN])
     np.testing.assert_allclose(speeds, wanted, atol=0.05 * A_KELVIN * 343)
@@ -126,7 +126,7 @@ def test_places_are_corrected_within_their_sigma(box_set, unseen_set):
 
 
 def found_room(rows):
-    fitted = hear_room(rows, late=False).fitted
+    fitted = room_in_rows(rows, late=False).fitted
     if fitted is None:
         pytest.fail("no room was found in a clean box")
     return fitted
@@ -173,7 +173,7 @@ def listened(pattern, seed):
 
 def test_a_cardioid_microphone_is_found_and_an_omni_is_not():
     rows = listened(GainPattern.cardioid(), 3)
-    heard = hear_room(rows, late=False)
+    heard = room_in_rows(rows, late=False)
     wanted = np.zeros(9)
     cardioid = GainPattern.cardioid().coefficients[0]
     wanted[: len(cardioid)] = cardioid / cardioid[0] * np.sqrt(4 * np.pi)
@@ -181,8 +181,8 @@ def test_a_cardioid_microphone_is_found_and_an_omni_is_not():
     np.testing.assert_allclose(found, wanted, atol=0.05)
     assert heard.unexplained < 0.01
     rows = listened(GainPattern.omni(), 4)
-    plain = hear_room(rows, late=False, listening=GainPattern.omni())
-    blind = hear_room(rows, late=False)
+    plain = room_in_rows(rows, late=False, listening=GainPattern.omni())
+    blind = room_in_rows(rows, late=False)
     assert "listener_pattern" not in blind.report()
     told = (one.report()["reflection"] for one in (blind, plain))
     np.testing.assert_array_equal(*told)
@@ -197,7 +197,9 @@ def test_a_listener_that_never_turned_is_left_alone(box_set):
 
 
 def test_answers_for_warmer_air_come_earlier(box_set, unseen_set, make_box_rows):
-    heard = replace(hear_room(box_set, late=False), recording={"temperature_c": 20.0})
+    heard = replace(
+        room_in_rows(box_set, late=False), recording={"temperature_c": 20.0}
+    )
     ends = np.concatenate([box_set.emitters.positions, box_set.listeners.positions])
     frame = SceneFrame(
         low=ends.min(axis=0),

@@ -8,22 +8,22 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from fields import load_field, train
 from fields.data import prepare
-from fields.models.path import Config, PathField
+from fields.joined import FieldWithNetwork, held_out_rows, train_network
+from fields.models.path import Config, PathField, rows_of
 from fields.plan import TrainingPlan
 from inverse.acoustics import Acoustics
 from inverse.blend.agreement import Agreement, bins_after
 from inverse.blend.aligned import AlignedRows
 from inverse.blend.direct_levels import Launch
 from inverse.blend.mixture import mix, mixing_weights
-from inverse.blend.network import Joined, held_out_rows, train_network
 from inverse.blend.proof import Proof, prove
-from inverse.blend.residual import needs_network
-from inverse.find import hear_room
+from inverse.find import room_in_rows
+from inverse.guard import needs_network
 from inverse.late.gate import Held
 from inverse.late.tiles import Tiles
 from inverse.paths.open_air import directivity
 from inverse.rows.fitset import FitSet, place_numbers
-from rir import Dataset, DatasetError, Poses
+from rir import Dataset, Poses, TrainingError
 
 RATE, LENGTH, SPEED = 16000.0, 1600, 343.2
 
@@ -80,7 +80,7 @@ def rows():
 
 @pytest.fixture(scope="module")
 def acoustics(rows):
-    return hear_room(rows)
+    return room_in_rows(rows)
 
 
 def test_a_room_without_walls_is_answered_by_direct_sounds_and_late_energy(acoustics):
@@ -177,13 +177,13 @@ def test_direct_levels_follow_the_aim_of_the_loudspeaker():
     assert after < 0.35 * before
 
 
-def test_a_network_is_asked_only_where_nothing_explains(acoustics):
-    assert needs_network(acoustics, 500)
-    assert not needs_network(acoustics, 20)
-    rows = {"C50": 1.0, "T60": 10.0}
-    sure = Proof({"path": {"C50": 0.1, "T60": 2.0}, "rows": rows})
+def test_a_network_is_asked_only_where_nothing_explains(acoustics, rows):
+    assert needs_network(acoustics, rows)
+    assert not needs_network(acoustics, rows.rows(np.arange(20)))
+    others = {"C50": 1.0, "T60": 10.0}
+    sure = Proof({"path": {"C50": 0.1, "T60": 2.0}, "rows": others})
     better = replace(acoustics, rest=replace(acoustics.rest, proof=sure))
-    assert not needs_network(better, 500)
+    assert not needs_network(better, rows)
 
 
 def test_a_network_answers_both_ways_alike_and_comes_back(rows, tmp_path, monkeypatch):
@@ -204,17 +204,15 @@ def test_a_network_answers_both_ways_alike_and_comes_back(rows, tmp_path, monkey
     there = network.predict(data.emitters[:7], data.listeners[:7], LENGTH)
     back = network.predict(data.listeners[:7], data.emitters[:7], LENGTH)
     assert_array_equal(there, back)
-    from inverse.blend.network import Joined
-
     told = np.asarray(data.responses[np.flatnonzero(hidden)], dtype=float)
-    field.joined = Joined.fit(network, told, 0.5 * told, said)
+    field.joined = FieldWithNetwork.fit(network, told, 0.5 * told, said)
     again = load_field(field.save(tmp_path / "one"))
     ends = data.emitters[:5], data.listeners[:5]
     assert_allclose(again.predict(*ends), field.predict(*ends), atol=1e-6)
     with np.load(tmp_path / "one.npz", allow_pickle=False) as stored:
         older = {name: one for name, one in stored.items() if name != "unexplained"}
     np.savez(tmp_path / "older.npz", **older)
-    with pytest.raises(DatasetError, match="older program wrote it"):
+    with pytest.raises(TrainingError, match="older program wrote it"):
         load_field(tmp_path / "older.npz")
 
 
@@ -231,12 +229,12 @@ def test_held_out_rows_of_a_single_emitter_are_listeners(rows):
 def test_ends_of_an_answer_with_a_network_may_be_exchanged():
     data = prepare(dataset(diffuse_rows()))
     plan = TrainingPlan(steps=3)
-    acoustics = hear_room(FitSet.of(data), aimed=False)
+    acoustics = room_in_rows(rows_of(data), aimed=False)
     network, hidden, said = train_network(data, plan, 3, alike=True)
-    unheard = FitSet.of(data).rows(np.flatnonzero(hidden))
+    unheard = rows_of(data).rows(np.flatnonzero(hidden))
     ends = unheard.emitters, unheard.listeners
     told = acoustics.predict(*ends, unheard.n_samples)
-    joined = Joined.fit(network, unheard.responses, told, said)
+    joined = FieldWithNetwork.fit(network, unheard.responses, told, said)
     field = PathField(acoustics, data.frame, Config(), joined=joined)
     there = field.predict_exactly(*ends)
     back = field.predict_exactly(*ends[::-1])

@@ -6,7 +6,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from inverse.acoustics import Acoustics
-from inverse.find import _room_alarms, hear_room
+from inverse.find import _room_alarms, room_in_rows
 from inverse.paths.bank import PulseBank, ideal_bank
 from inverse.paths.box_fit import Step, _active, _sums, level_errors
 from inverse.paths.room import OMNI, BoxRoom
@@ -17,7 +17,7 @@ WALLS = np.array([0.9, 0.8, 0.85, 0.8, 0.7, 0.85])
 
 @pytest.fixture(scope="module")
 def heard(box_set):
-    return hear_room(box_set)
+    return room_in_rows(box_set)
 
 
 def predicted(acoustics, rows):
@@ -48,7 +48,7 @@ def test_walls_and_pattern_are_the_true_ones(heard):
 
 def test_latency_and_speed_are_fitted(make_box_rows):
     rows = make_box_rows(emitters=3, listeners=25, latency=33)
-    room = hear_room(rows).fitted.room
+    room = room_in_rows(rows).fitted.room
     assert_allclose(room.latency_s * rows.sample_rate, 33, atol=0.05)
     assert_allclose(room.speed_of_sound, 343.2, atol=0.05)
 
@@ -72,7 +72,7 @@ def test_comes_back_from_arrays(heard, unseen_set):
 
 def test_few_rows_are_answered_by_the_nearest(box_set):
     few = box_set.rows(np.arange(4))
-    heard = hear_room(few)
+    heard = room_in_rows(few)
     assert heard.fitted is None
     assert "too few" in heard.alarms[0]
     assert_allclose(predicted(heard, few), few.responses, rtol=1e-6, atol=1e-7)
@@ -109,7 +109,7 @@ def test_derivatives_are_those_of_the_rendering(box_set):
 
 
 def test_one_emitter_is_enough(make_box_rows, unseen_set):
-    heard = hear_room(make_box_rows(emitters=1, listeners=100))
+    heard = room_in_rows(make_box_rows(emitters=1, listeners=100))
     errors = level_errors(unseen_set.responses, predicted(heard, unseen_set))
     assert np.median(errors) < -40
 
@@ -118,7 +118,7 @@ def test_spreads_hold_the_errors_of_noisy_fits(make_box_rows):
     rows = make_box_rows(emitters=5, listeners=30)
     noise = np.random.default_rng(3).standard_normal(rows.responses.shape)
     noise *= 0.03 * np.sqrt((rows.responses**2).mean())
-    told = hear_room(replace(rows, responses=rows.responses + noise), late=False)
+    told = room_in_rows(replace(rows, responses=rows.responses + noise), late=False)
     found = told.report()
     planes, middle = np.array(found["planes"]), np.array([2.5, 2.0, 1.4])
     depths = planes[:, :3] @ middle - planes[:, 3]

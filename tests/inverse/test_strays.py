@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from inverse.acoustics import Acoustics
-from inverse.find import hear_room
+from inverse.find import room_in_rows, without_outliers
 from inverse.paths.box_fit import level_errors
-from inverse.rows.outlier_rows import heard_without_strays, stray_rows
+from inverse.rows.outlier_rows import outlier_rows
 
 
 def mislabelled(rows, count, seed=3):
@@ -19,14 +19,14 @@ def mislabelled(rows, count, seed=3):
 
 def test_one_label_in_fifteen_wrong_costs_no_accuracy(box_set, unseen_set):
     wrong, chosen = mislabelled(box_set, 8)
-    rough = replace(hear_room(box_set), unexplained=0.05)
+    rough = replace(room_in_rows(box_set), unexplained=0.05)
     calls = []
 
     def hear(rows):
         calls.append(len(rows))
-        return rough if len(calls) == 1 else hear_room(rows)
+        return rough if len(calls) == 1 else room_in_rows(rows)
 
-    acoustics = heard_without_strays(wrong, hear)
+    acoustics = without_outliers(wrong, hear)
     assert calls == [120, 112]
     ends = unseen_set.emitters, unseen_set.listeners, unseen_set.n_samples
     errors = level_errors(unseen_set.responses, acoustics.predict(*ends))
@@ -38,10 +38,13 @@ def test_one_label_in_fifteen_wrong_costs_no_accuracy(box_set, unseen_set):
 
 
 def test_the_strays_are_those_with_wrong_labels(box_set):
-    acoustics = hear_room(box_set)
-    assert not stray_rows(box_set, acoustics).any()
+    acoustics = room_in_rows(box_set)
+    predicted = acoustics.predict(
+        box_set.emitters, box_set.listeners, box_set.n_samples
+    )
+    assert not outlier_rows(box_set, predicted).any()
     wrong, chosen = mislabelled(box_set, 8)
-    assert np.flatnonzero(stray_rows(wrong, acoustics)).tolist() == chosen.tolist()
+    assert np.flatnonzero(outlier_rows(wrong, predicted)).tolist() == chosen.tolist()
 
 
 def test_a_room_that_is_clear_or_not_understood_is_heard_once(box_set):
@@ -51,5 +54,5 @@ def test_a_room_that_is_clear_or_not_understood_is_heard_once(box_set):
         heard.append(len(rows))
         return Acoustics(None, None, None, left)
 
-    heard_without_strays(box_set, lambda rows: hear(rows, 1.0))
+    without_outliers(box_set, lambda rows: hear(rows, 1.0))
     assert heard == [len(box_set)]

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rir import Dataset
+from rir.dataset import Dataset
 
-__all__ = ["Recording", "recording_of"]
+__all__ = ["RecordingBlocks", "recording_blocks"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -16,7 +16,7 @@ RUN_ROWS, MOST_RUNS = 16, 12
 
 
 @dataclass(frozen=True, eq=False)
-class Recording:
+class RecordingBlocks:
     """Hold when rows were recorded, and how warm it was.
 
     Parameters
@@ -30,12 +30,12 @@ class Recording:
     blocks: IntArray
     temperatures: FloatArray
 
-    def rows(self, index: NDArray) -> "Recording":
+    def rows(self, index: NDArray) -> "RecordingBlocks":
         """Return some rows; blocks keep their numbers."""
-        return Recording(self.blocks[index], self.temperatures[index])
+        return RecordingBlocks(self.blocks[index], self.temperatures[index])
 
 
-def recording_of(dataset: Dataset) -> Recording:
+def recording_blocks(dataset: Dataset) -> RecordingBlocks:
     """Return the blocks of a data set.
 
     A session is a block. One whose rows say when they were taken, by a time or the
@@ -49,7 +49,7 @@ def recording_of(dataset: Dataset) -> Recording:
     >>> plain = Dataset.from_arrays(
     ...     np.zeros((2, 3, 8)), np.ones((2, 3)), np.zeros((3, 3)), sample_rate=8000
     ... )
-    >>> recording_of(plain).blocks.tolist()
+    >>> recording_blocks(plain).blocks.tolist()
     [0, 0, 0, 0, 0, 0]
     """
     table = dataset.table
@@ -68,4 +68,4 @@ def recording_of(dataset: Dataset) -> Recording:
             blocks[run] = count
             count += 1
     temperatures = np.asarray(table["temperature_c"], dtype=np.float64)
-    return Recording(blocks, temperatures)
+    return RecordingBlocks(blocks, temperatures)

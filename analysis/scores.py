@@ -1,0 +1,63 @@
+"""Mean differences of responses over rows, in the units the paper's tables print."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+__all__ = ["METRIC_UNITS", "Scores", "compare_rows", "mean_scores", "row_scores"]
+
+METRIC_UNITS = {
+    "Amp": "",
+    "Env": "%",
+    "T60": "%",
+    "C50": "dB",
+    "EDT": "ms",
+    "STFT": "",
+    "STFT*": "",
+}
+"""The metrics of the paper's tables, with the units they are printed in; STFT*
+has the truth as its norm, where the paper's code has the prediction."""
+PRINTED_FACTOR = {"Env": 100.0, "T60": 100.0, "EDT": 1000.0}
+"""Fractions are printed in %, seconds in ms."""
+
+Scores = dict[str, float]
+
+
+def compare_rows(
+    truth: np.ndarray, prediction: np.ndarray, sample_rate: float
+) -> Scores:
+    """Return the mean difference of two sets of responses, shape (rows, n)."""
+    return mean_scores([row_scores(truth, prediction, sample_rate, "paper")])
+
+
+def row_scores(
+    truth: np.ndarray, prediction: np.ndarray, sample_rate: float, flavour: str
+) -> dict[str, np.ndarray]:
+    """Return the difference of each row by each metric, every array shape (rows,)."""
+    from analysis.differences import paper_metrics
+    from analysis.metrics import METRICS
+
+    first = np.asarray(truth, dtype=np.float64)
+    second = np.asarray(prediction, dtype=np.float64)
+    found = dict(paper_metrics(first, second, sample_rate, flavour=flavour))
+    rate = round(sample_rate)
+    found["STFT*"] = METRICS["STFT"].difference(second, first, rate, flavour)
+    return {
+        name: np.atleast_1d(found[name]) * PRINTED_FACTOR.get(name, 1.0)
+        for name in METRIC_UNITS
+    }
+
+
+def mean_scores(parts: Sequence[dict[str, np.ndarray]]) -> Scores:
+    """Return the mean of each metric over the rows that have a value, else NaN."""
+    if not parts:
+        return dict.fromkeys(METRIC_UNITS, float("nan"))
+    return {
+        name: _nan_mean(np.concatenate([part[name] for part in parts]))
+        for name in METRIC_UNITS
+    }
+
+
+def _nan_mean(values: np.ndarray) -> float:
+    held = values[np.isfinite(values)]
+    return float(held.mean()) if len(held) else float("nan")

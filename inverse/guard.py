@@ -1,0 +1,80 @@
+"""How far an answer is trusted beside simpler ones: nearest responses, networks."""
+
+from dataclasses import replace
+
+from inverse.acoustics import Acoustics
+from inverse.blend.fallback import NearestRows
+from inverse.blend.proof import MOST_ROWS, beaten_by_nearest, error_ratio, prove
+from inverse.rows.fitset import FitSet
+from inverse.rows.units import checked_units
+
+__all__ = ["guarded", "needs_network"]
+
+DOUBTFUL = 0.2
+"""Rooms whose paths leave less of the energy are not asked."""
+LEAST_ROWS = 16
+SURE = 0.9
+POOR = 0.85
+ENOUGH = 0.3
+LEAST_NETWORK_ROWS = 32
+
+
+def guarded(acoustics: Acoustics, rows: FitSet) -> Acoustics:
+    """Return the room as found, or the nearest rows where they prove nearer.
+
+    Parameters
+    ----------
+    acoustics : Acoustics
+        What answers so far.
+    rows : FitSet
+        All measured rows.
+    """
+    fitted, rest = acoustics.fitted, acoustics.rest
+    if fitted is None or rest is None or acoustics.unexplained < DOUBTFUL:
+        return acoustics
+    if len(rows) < LEAST_ROWS:
+        return acoustics
+    # rows laid on their direct sounds are seldom worse than the nearest of them
+    if error_ratio(rest.proof, "path", "rows") < SURE:
+        return acoustics
+    nearest = NearestRows.of(rows)
+    judged = rows.spread(MOST_ROWS)
+    early = fitted.predict(judged.emitters, judged.listeners, rows.n_samples)
+    own = rest.left_out(early, judged)
+    proof = prove(judged, {"own": own, "nearest": nearest.left_out(judged)})
+    if not beaten_by_nearest(proof, "own"):
+        return acoustics
+    words = (
+        "the nearest response is answered: at emitter places left out nothing else "
+        "came nearer; record more pairs, and check poses and units"
+    )
+    return replace(
+        acoustics,
+        fitted=None,
+        rows=nearest,
+        rest=None,
+        unexplained=1.0,
+        alarms=[words, *(f"of what is not used: {one}" for one in acoustics.alarms)],
+    )
+
+
+def needs_network(acoustics: Acoustics, rows: FitSet) -> bool:
+    """Return whether a network may know what nothing else explains.
+
+    Not where poses or the sample rate are in doubt; not where walls are sure and
+    paths explain more than a little; and not where what answers has less than three
+    tenths of the errors of interpolated rows at places left out: networks, which
+    interpolate as well, do not come so far.
+    """
+    if len(rows) < LEAST_NETWORK_ROWS or checked_units(rows)[1]:
+        return False
+    rest = acoustics.rest
+    if rest is None:
+        kept = acoustics.rows
+        silent = kept is not None and not kept.responses.any()
+        return acoustics.fitted is None and not silent
+    walls = acoustics.report()["walls"]
+    if walls and acoustics.unexplained <= POOR:
+        return False
+    scores = rest.proof.scores
+    return "rows" not in scores or rest.proof.ratio("path", "rows") > ENOUGH
