@@ -14,13 +14,12 @@ from fields.convergence import AT_REST, late_fall
 from fields.data import FieldData, prepare
 from fields.evaluate import chance_scores, score
 from fields.field import Field
-from fields.plan import Progress, TrainingPlan
+from fields.plan import Progress, TrainingPlan, form_of
 from fields.progress import progress_bar
 from fields.results import ResultTable
 from fields.run import UNLIMITED_STEPS, train_on
-from fields.settings import exchange_form, model_config
 from fields.split import Split, split_by_emitter
-from fields.table import FIELDS
+from fields.table import FIELDS, model_config
 from fields.watching import curve_writer, tell_all, tensorboard_writer, watcher
 from rir import Dataset
 from rir.command import make_console
@@ -149,8 +148,8 @@ def _plan(request: Request) -> TrainingPlan:
     return TrainingPlan(
         steps=UNLIMITED_STEPS if request.steps is None else request.steps,
         budget_s=parse_seconds(request.budget),
-        exchange=exchange_form(request.exchange),
-        self_supervised="pattern" if request.self_supervised else "none",
+        exchange=form_of(request.exchange, "double"),
+        self_supervised=form_of(request.self_supervised, "pattern"),
         seed=request.seed,
         device=request.device,
         precision=request.precision,

@@ -19,7 +19,7 @@ from fields.plan import TrainingPlan
 from fields.results import ResultTable
 from fields.run import UNLIMITED_STEPS, train_on
 from fields.sets import Bench, built_in, open_bench
-from fields.settings import exchange_form, model_config
+from fields.table import model_config
 from fields.watching import watcher
 from rir.errors import ConfigError, UnknownNameError
 
@@ -137,7 +137,7 @@ def _plan(
         batch_size=job.model.batch_size or config.batch_size,
         learning_rate=job.model.learning_rate or config.learning_rate,
         weight_decay=config.weight_decay,
-        exchange=exchange_form(form.get("exchange", False)),
+        exchange=form.get("exchange", "none"),
         self_supervised=form.get("self_supervised", "none"),
         seed=job.seed,
         out=folder,

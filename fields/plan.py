@@ -9,7 +9,7 @@ import numpy as np
 
 from rir.errors import ConfigError
 
-__all__ = ["Progress", "TrainingPlan"]
+__all__ = ["Progress", "TrainingPlan", "form_of"]
 
 POSITIVE = ("steps", "epochs", "budget_s", "batch_size", "learning_rate")
 WHOLE = ("steps", "batch_size")
@@ -96,6 +96,13 @@ class TrainingPlan:
             _check_positive(name, getattr(self, name))
         if self.out is not None and not isinstance(self.out, Path):
             object.__setattr__(self, "out", _folder(self.out))
+
+
+def form_of(switch: bool | str, on: str) -> str:
+    """Return the form that a switch stands for: `on` for True, none for False."""
+    if isinstance(switch, bool):
+        return on if switch else "none"
+    return switch
 
 
 def _whole(value: Any) -> bool:

@@ -8,9 +8,8 @@ import numpy as np
 
 from fields.data import FieldData, check_dataset, prepare
 from fields.field import Field
-from fields.plan import Progress, TrainingPlan
-from fields.settings import exchange_form, model_config, self_supervised_form
-from fields.table import FIELDS
+from fields.plan import Progress, TrainingPlan, form_of
+from fields.table import FIELDS, model_config
 from rir import Dataset
 from rir.errors import DatasetError, TrainingError
 
@@ -111,8 +110,8 @@ def train(
     plan = TrainingPlan(
         steps=limited if steps is None else steps,
         budget_s=budget_s,
-        exchange=exchange_form(exchange),
-        self_supervised=self_supervised_form(self_supervised),
+        exchange=form_of(exchange, "double"),
+        self_supervised=form_of(self_supervised, "pattern"),
         seed=seed,
         device=device,
         out=out,

@@ -1,136 +1,101 @@
-"""A model's configuration from a preset and what a person sets beside it."""
+"""Settings of a model: a frozen data class whose annotations say what may be set."""
 
-import math
 from collections.abc import Mapping
-from dataclasses import fields as dataclass_fields
-from dataclasses import replace
+from dataclasses import asdict, replace
 from difflib import get_close_matches
-from typing import Any, Literal, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, TypeVar, dataclass_transform
 
-from fields.table import FIELDS
+from pydantic import ConfigDict, Field, ValidationError
+from pydantic.dataclasses import dataclass
+
 from rir.errors import ConfigError
 
-__all__ = ["exchange_form", "model_config", "self_supervised_form"]
+__all__ = ["Count", "change_settings", "settings"]
 
-COUNTS = frozenset(
-    [
-        "bounce_points",
-        "channels",
-        "depth",
-        "directions",
-        "feature_width",
-        "grid_features",
-        "neighbours",
-        "rays",
-        "scan_rows",
-        "shells",
-        "source_taps",
-        "view_columns",
-        "view_rows",
-        "width",
-    ]
-)
-# Above these, sinusoids and grids resolve less than float32 does.
-MOST = {"octaves": 24, "distance_octaves": 24, "hash_levels": 24}
-LEAST = {"grid_spacing": 0.01}
-SELF_SUPERVISED = ("none", "pattern", "teacher", "paper", "contrastive")
+T = TypeVar("T")
+Count = Annotated[int, Field(ge=1)]
+"""A whole number, one at least."""
+STRICT = ConfigDict(strict=True, allow_inf_nan=False)
+"""Nothing is converted in silence: True is no number, 2.5 no count."""
 
 
-def model_config(model: str, values: Mapping[str, Any], preset: str = "cpu") -> Any:
-    """Build a model's configuration from a preset and the values that differ.
+@dataclass_transform(frozen_default=True, field_specifiers=(Field,))
+def settings(kind: type[T]) -> type[T]:
+    """Make a class of annotated names the settings of a model.
+
+    Examples
+    --------
+    >>> @settings
+    ... class Config:
+    ...     width: Count = 256
+    >>> change_settings(Config(), {"width": 0, "dept": 3}, "my-model")
+    Traceback (most recent call last):
+    rir.errors.ConfigError: dept: my-model has no such setting; known: ['width']
+    width: 0 is below 1
+    """
+    made: Any = dataclass(frozen=True, config=STRICT)(kind)
+    return made
+
+
+def change_settings(start: T, values: Mapping[str, Any], owner: str) -> T:
+    """Return settings in which some values are others.
+
+    Parameters
+    ----------
+    start : object
+        Settings, of a class made by :func:`settings`.
+    values : mapping
+        What differs, by name.
+    owner : str
+        The model, for messages.
 
     Raises
     ------
     ConfigError
-        If the preset, a name or a value is unknown, with all mistakes at once.
+        If a name or a value is unknown, with all mistakes at once.
     """
-    presets = FIELDS[model].load_module().PRESETS
-    if preset not in presets:
-        raise ConfigError(
-            f"{model} has no preset {preset!r}; known: {', '.join(presets)}"
-        )
     if not isinstance(values, Mapping):
         raise ConfigError(f"settings are name and value pairs, not {values!r}")
-    start = presets[preset]
+    usual: dict[Any, Any] = asdict(start)  # pyright: ignore[reportArgumentType]
+    mistakes = [
+        f"{name}: {owner} has no such setting{_hint(str(name), usual)}"
+        for name in values
+        if name not in usual
+    ]
     plain = {
         name: tuple(value) if isinstance(value, list) else value
         for name, value in values.items()
+        if name in usual
     }
-    known = {one.name for one in dataclass_fields(start)}
-    kinds = get_type_hints(type(start))
-    mistakes = [
-        f"{name}: {problem}"
-        for name, value in plain.items()
-        if (
-            problem := _unfit(name, value, getattr(start, name), kinds[name])
-            if name in known
-            else f"{model} has no such setting{_hint(str(name), known)}"
-        )
-    ]
+    changed = start
+    try:
+        changed = replace(start, **plain)  # pyright: ignore[reportArgumentType]
+    except ValidationError as error:
+        mistakes += [_describe(problem, usual) for problem in error.errors()]
     if mistakes:
         raise ConfigError("\n".join(mistakes))
-    return replace(start, **plain)
+    return changed
 
 
-def _unfit(name: str, value: Any, default: Any, kind: Any) -> str:
-    """Say why a value cannot stand where ``default`` stands."""
-    if get_origin(kind) is Literal:
-        choices = get_args(kind)
-        known = ", ".join(map(str, choices))
-        # 1 equals True, but is no switch.
-        held = any(type(value) is type(one) and value == one for one in choices)
-        return "" if held else f"no {value!r}; known: {known}"
-    kinds = (int, float) if isinstance(default, float) else (type(default),)
-    # True is an int to Python, but no number to a person.
-    switched = isinstance(value, bool) and not isinstance(default, bool)
-    if switched or not isinstance(value, kinds):
-        return f"{value!r} is not {type(default).__name__}, as {default!r} is"
-    if isinstance(value, int | float):
-        return _out_of_range(name, value)
-    return ""
+def _describe(problem: Any, usual: Mapping[str, Any]) -> str:
+    """Say why a value cannot stand where the usual one stands."""
+    name, value, limits = problem["loc"][0], problem["input"], problem.get("ctx", {})
+    match problem["type"]:
+        case "greater_than_equal":
+            return f"{name}: {value!r} is below {limits['ge']}"
+        case "less_than_equal":
+            return f"{name}: {value!r} is above {limits['le']}"
+        case "finite_number":
+            return f"{name}: {value!r} is not finite"
+        case "literal_error":
+            known = limits["expected"].replace(" or ", ", ").replace("'", "")
+            return f"{name}: no {value!r}; known: {known}"
+        case kind if kind.endswith(("_type", "_from_float")):
+            sort = type(usual[name]).__name__
+            return f"{name}: {value!r} is not {sort}, as {usual[name]!r} is"
+    return f"{name}: {problem['msg']} (got {value!r})"
 
 
-def _out_of_range(name: str, value: float) -> str:
-    least = LEAST.get(name, 1 if name in COUNTS else 0)
-    if not value >= least:
-        return f"{value!r} is below {least}"
-    if not value <= MOST.get(name, math.inf) or value == math.inf:
-        return f"{value!r} is above {MOST.get(name, 'all bounds')}"
-    return ""
-
-
-def _hint(name: str, known: set[str]) -> str:
+def _hint(name: str, known: Mapping[str, Any]) -> str:
     near = get_close_matches(name, known, n=1)
     return f" (did you mean {near[0]!r}?)" if near else f"; known: {sorted(known)}"
-
-
-def exchange_form(exchange: bool | str) -> str:
-    """Return none, flip or double.
-
-    Raises
-    ------
-    ConfigError
-        If the form is unknown.
-    """
-    if isinstance(exchange, bool):
-        return "double" if exchange else "none"
-    if exchange in ("none", "flip", "double"):
-        return exchange
-    raise ConfigError(f"no exchange {exchange!r}; known: none, flip, double")
-
-
-def self_supervised_form(form: bool | str) -> str:
-    """Return the name of the reciprocity loss; True is "pattern".
-
-    Raises
-    ------
-    ConfigError
-        If the form is unknown.
-    """
-    if isinstance(form, bool):
-        return "pattern" if form else "none"
-    if form in SELF_SUPERVISED:
-        return form
-    raise ConfigError(
-        f"no self-supervised form {form!r}; known: {', '.join(SELF_SUPERVISED)}"
-    )

@@ -1,9 +1,13 @@
 """The table of all fields: one line a model, one file a model."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from types import ModuleType
+from typing import Any
 
+from fields.settings import change_settings
+from rir.errors import ConfigError
 from rir.registry import Registry
 
 
@@ -11,9 +15,9 @@ from rir.registry import Registry
 class FieldKind:
     """Name a field model and say where it lives.
 
-    Every model file offers ``Config`` (a dataclass), ``PRESETS`` of it,
-    ``fit(data, config, plan)`` and ``load(path)``, so that callers never ask which
-    model it is.
+    Every model file offers ``Config`` (a class made by
+    :func:`fields.settings.settings`), ``PRESETS`` of it, ``fit(data, config, plan)``
+    and ``load(path)``, so that callers never ask which model it is.
 
     Parameters
     ----------
@@ -103,3 +107,20 @@ _list(
     "after Allen and Berkley 1979; Goetz, Schlecht and Pulkki 2023",
     neural=False,
 )
+
+
+def model_config(model: str, values: Mapping[str, Any], preset: str = "cpu") -> Any:
+    """Return a model's settings: a preset, and the values that differ.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is no such model.
+    ConfigError
+        If the preset, a name or a value is unknown, with all mistakes at once.
+    """
+    presets = FIELDS[model].load_module().PRESETS
+    if preset not in presets:
+        known = ", ".join(presets)
+        raise ConfigError(f"{model} has no preset {preset!r}; known: {known}")
+    return change_settings(presets[preset], values, model)

@@ -1,11 +1,16 @@
 """Encodings of positions and directions."""
 
 import math
+from typing import Annotated
 
 import torch
+from pydantic import Field
 from torch import Tensor, nn
 
-__all__ = ["Sinusoids", "shoulder"]
+__all__ = ["Octaves", "Sinusoids", "shoulder"]
+
+Octaves = Annotated[int, Field(ge=0, le=24)]
+"""How many frequencies a setting asks for: float32 resolves 24 halvings, no more."""
 
 
 class Sinusoids(nn.Module):

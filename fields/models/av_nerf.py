@@ -7,21 +7,23 @@ frame. They are read by a small network, or by a frozen ResNet-18; a folder of
 photographs may stand in their place.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
 import torch
+from pydantic import NonNegativeFloat, NonNegativeInt
 from torch import Tensor, nn
 
 from fields.data import FieldData
 from fields.frame import SceneFrame
 from fields.images import read_photos
-from fields.layers.encoding import Sinusoids
+from fields.layers.encoding import Octaves, Sinusoids
 from fields.layers.perceptron import ResidualPerceptron, quiet_head
 from fields.layers.resnet import find_weights
 from fields.layers.sights import SEEN, LearnedSight, PhotoSight, ResnetSight
 from fields.plan import TrainingPlan
+from fields.settings import Count, settings
 from fields.training.loop import fit_network
 from fields.training.losses import LossWeights, waveform_loss
 from fields.training.network import NetworkField, load_network
@@ -31,21 +33,21 @@ from rir.errors import ConfigError
 __all__ = ["PRESETS", "AvNerf", "Config", "fit", "load"]
 
 
-@dataclass(frozen=True)
+@settings
 class Config:
     """Sizes of the AV-NeRF-style field."""
 
-    octaves: int = 4
+    octaves: Octaves = 4
     "frequencies of the position encoding (original: 10)"
     relative: bool = True
     "tell the offset of the ends as well"
-    view_rows: int = 8
+    view_rows: Count = 8
     "rows of the panorama"
-    view_columns: int = 16
+    view_columns: Count = 16
     "columns of the panorama"
     both_views: bool = True
     "also look from the emitter, which the original does not"
-    view_noise: float = 0.1
+    view_noise: NonNegativeFloat = 0.1
     "noise on the view features in training"
     features: Literal["learned", "resnet18"] = "learned"
     "of the views: learned, or resnet18 (frozen, torchvision's weights; original)"
@@ -53,11 +55,11 @@ class Config:
     "file of those weights; looked for in torch's cache when empty"
     photos: str = ""
     "folder of photographs with poses.csv, seen in place of rendered views"
-    photo_count: int = 0
+    photo_count: NonNegativeInt = 0
     "photographs in the folder; counted when it is read"
-    width: int = 256
+    width: Count = 256
     "width of the hidden layers (original: 128)"
-    depth: int = 4
+    depth: Count = 4
     "layers of the mixing network"
 
 

@@ -5,12 +5,13 @@ is linear, so features are summed first and the waveform is made once per shell
 (:mod:`fields.render.projection`); the result is the same to rounding.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 import torch
+from pydantic import NonNegativeFloat, NonNegativeInt
 from torch import Tensor, nn
 from torch.utils.checkpoint import checkpoint
 
@@ -18,7 +19,7 @@ from fields.data import FieldData
 from fields.frame import SceneFrame
 from fields.layers.direct import DirectPath, arrival, local_direction
 from fields.layers.emission import Emission, emission_for, omni_pattern, sent_features
-from fields.layers.encoding import Sinusoids
+from fields.layers.encoding import Octaves, Sinusoids
 from fields.layers.harmonics import harmonics
 from fields.layers.hash_grid import HashGrid
 from fields.layers.level import Level
@@ -33,6 +34,7 @@ from fields.render.projection import causal_projections
 from fields.render.rays import Shells, even_directions, random_rotation
 from fields.render.weighting import RayWeighting, omni_weighting
 from fields.selfsupervised.fit import fit_directional
+from fields.settings import Count, settings
 from fields.training.directional import DirectionalField
 from fields.training.losses import LossWeights, waveform_loss
 from fields.training.network import load_network
@@ -49,31 +51,31 @@ LARGE_VALUES = 2**25
 LARGE_RAYS = 500
 
 
-@dataclass(frozen=True)
+@settings
 class Config:
     """Sizes of the volume and of the rays through it."""
 
-    rays: int = 10
+    rays: Count = 10
     "directions a listener looks in (paper: 64 x 32 + 2)"
-    shells: int = 8
+    shells: Count = 8
     "points a ray (paper: 64)"
-    far: float = 0.0
+    far: NonNegativeFloat = 0.0
     "radius of the last shell, metres; 0 takes the scene's diagonal"
-    proposals: int = 0
+    proposals: NonNegativeInt = 0
     "shells of a ray evaluated in training, drawn by their weight; 0: all"
     density: Literal["grid", "network"] = "grid"
     "where opacity comes from: grid (cheap) or network (paper)"
     head: Literal["shell", "bank"] = "shell"
     "signal of a point: bank (responses at the total delay) or shell (paper)"
-    width: int = 256
+    width: Count = 256
     "width of the signal network (paper: 512)"
-    feature_width: int = 64
+    feature_width: Count = 64
     "width of the point network (paper: 128)"
-    channels: int = 48
+    channels: Count = 48
     "responses in the bank"
-    octaves: int = 8
+    octaves: Octaves = 8
     "frequencies of the position encoding (paper: a hash grid)"
-    hash_levels: int = 0
+    hash_levels: Octaves = 0
     "levels of a hash grid in place of sinusoids (paper: 20)"
     emission: Emission = "auto"
     "what points know of the emitter: auto, local, pattern, absolute, absolute-pattern"

@@ -5,11 +5,11 @@ between opposite walls), so the field is reciprocal by construction apart from
 the devices' patterns.
 """
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import torch
+from pydantic import NonNegativeInt
 from torch import Tensor, nn
 
 from fields.data import FieldData
@@ -22,6 +22,7 @@ from fields.plan import TrainingPlan
 from fields.render.rays import even_directions
 from fields.render.weighting import RayWeighting, omni_weighting
 from fields.selfsupervised.fit import fit_directional
+from fields.settings import Count, settings
 from fields.training.directional import DirectionalField
 from fields.training.losses import multiscale_log_loss
 from fields.training.network import load_network
@@ -35,17 +36,17 @@ KNOTS = 34
 PACE = 10.0
 
 
-@dataclass(frozen=True)
+@settings
 class Config:
     """Sizes of the traced field."""
 
-    order: int = 3
+    order: NonNegativeInt = 3
     "most reflections of any path"
-    axial_order: int = 10
+    axial_order: NonNegativeInt = 10
     "most reflections between two opposite walls"
-    directions: int = 128
+    directions: Count = 128
     "directions of the learned directivity"
-    source_taps: int = 255
+    source_taps: Count = 255
     "length of the learned source response, samples (original: 1023)"
 
 

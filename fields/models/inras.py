@@ -6,7 +6,6 @@ into features; their symmetric products and what both ends share are decoded
 straight to samples.
 """
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
@@ -16,9 +15,10 @@ from torch import Tensor, nn
 
 from fields.data import FieldData
 from fields.frame import SceneFrame
-from fields.layers.encoding import Sinusoids, shoulder
+from fields.layers.encoding import Octaves, Sinusoids, shoulder
 from fields.layers.perceptron import ResidualPerceptron, quiet_head
 from fields.plan import TrainingPlan
+from fields.settings import Count, settings
 from fields.training.loop import fit_network
 from fields.training.losses import LossWeights, waveform_loss
 from fields.training.network import NetworkField, load_network
@@ -27,19 +27,19 @@ from fields.training.query import Query
 __all__ = ["PRESETS", "Config", "Inras", "fit", "load"]
 
 
-@dataclass(frozen=True)
+@settings
 class Config:
     """Sizes of the INRAS-style field."""
 
-    bounce_points: int = 64
+    bounce_points: Count = 64
     "surface points whose distances each end is told (paper: 1024)"
-    distance_octaves: int = 0
+    distance_octaves: Octaves = 0
     "frequencies of the encoding of those distances"
-    octaves: int = 4
+    octaves: Octaves = 4
     "frequencies of the position encoding"
-    width: int = 256
+    width: Count = 256
     "width of every hidden layer"
-    depth: int = 3
+    depth: Count = 3
     "residual layers of each tower and of the decoder"
     relative: bool = True
     "tell the decoder offset and distance between the ends"

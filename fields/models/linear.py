@@ -1,6 +1,5 @@
 """Linear interpolation between the listeners of the nearest emitter."""
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +7,7 @@ import numpy as np
 from fields.data import FieldData
 from fields.field import paired_queries
 from fields.plan import TrainingPlan
+from fields.settings import Count, settings
 from fields.stored import learned_rows, load_stored, save_stored
 from rir import Pose, Poses
 
@@ -16,11 +16,11 @@ __all__ = ["PRESETS", "Config", "LinearField", "fit", "load"]
 SAME_PLACE_M = 1e-3
 
 
-@dataclass(frozen=True)
+@settings
 class Config:
     """Sizes of the interpolation."""
 
-    neighbours: int = 8
+    neighbours: Count = 8
     "rows weighted by inverse distance where no simplex encloses the query"
 
 

@@ -1,18 +1,20 @@
 """NAF: grid features and sinusoids of both ends to a log-magnitude spectrogram."""
 
-from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import torch
+from pydantic import Field, NonNegativeFloat, NonNegativeInt
 from torch import Tensor, nn
 
 from fields.data import FieldData
 from fields.frame import SceneFrame
-from fields.layers.encoding import Sinusoids
+from fields.layers.encoding import Octaves, Sinusoids
 from fields.layers.grid import FeatureGrid
 from fields.layers.spectrogram import Spectrogram
 from fields.plan import TrainingPlan
+from fields.settings import Count, settings
 from fields.training.loop import fit_network
 from fields.training.network import NetworkField, load_network
 from fields.training.query import Query
@@ -23,33 +25,33 @@ SPREAD_FLOOR = 0.1
 OBSERVED_ROWS = 1024
 
 
-@dataclass(frozen=True)
+@settings
 class Config:
     """Sizes of the neural acoustic field."""
 
-    octaves: int = 4
+    octaves: Octaves = 4
     "frequencies of the position encoding (original: 10)"
     relative: bool = True
     "tell the offset of the ends as well, which the original does not"
     grid: bool = True
     "learned feature grid, read at both ends"
-    grid_spacing: float = 0.5
+    grid_spacing: Annotated[float, Field(ge=0.01)] = 0.5
     "distance of the grid points, metres (original: 0.25)"
-    grid_features: int = 32
+    grid_features: Count = 32
     "features a point (original: 64)"
-    width: int = 256
+    width: Count = 256
     "width of the trunk (original: 512)"
-    depth: int = 5
+    depth: Count = 5
     "layers of the trunk (original: 7)"
-    pixels: int = 0
+    pixels: NonNegativeInt = 0
     "time-frequency points drawn per response and step; 0 decodes whole frames"
     symmetric: bool = False
     "feed sums and products of the two ends, which no swap can change"
     oriented: bool = True
     "tell the axes of both devices"
-    jitter_m: float = 0.0
+    jitter_m: NonNegativeFloat = 0.0
     "noise on both positions in training, metres (original: 0.1)"
-    griffin_lim_steps: int = 32
+    griffin_lim_steps: NonNegativeInt = 32
     "phase refinements in synthesis; 0 is the original's random phase"
 
 

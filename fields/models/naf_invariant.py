@@ -1,18 +1,19 @@
 """Permutation-invariant NAF: only symmetric functions of the two ends."""
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 from fields.data import FieldData
 from fields.models import naf
 from fields.plan import TrainingPlan
+from fields.settings import settings
 from fields.training.loop import fit_network
 from fields.training.network import NetworkField, load_network
 
 __all__ = ["PRESETS", "Config", "InvariantNaf", "fit", "load"]
 
 
-@dataclass(frozen=True)
+@settings
 class Config(naf.Config):
     """Sizes of the permutation-invariant field."""
 
@@ -21,7 +22,7 @@ class Config(naf.Config):
 
 
 PRESETS = {
-    name: Config(**{**vars(preset), "symmetric": True})
+    name: Config(**{**asdict(preset), "symmetric": True})
     for name, preset in naf.PRESETS.items()
 }
 

@@ -1,6 +1,5 @@
 """Nearest neighbour: answer the stored response whose ends lie nearest."""
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -8,13 +7,14 @@ import numpy as np
 from fields.data import FieldData
 from fields.field import paired_queries
 from fields.plan import TrainingPlan
+from fields.settings import settings
 from fields.stored import learned_rows, load_stored, save_stored
 from rir import Pose, Poses
 
 __all__ = ["PRESETS", "Config", "NearestField", "fit", "load"]
 
 
-@dataclass(frozen=True)
+@settings
 class Config:
     """Nothing to choose."""
 

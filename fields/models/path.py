@@ -6,18 +6,20 @@ asked only where neither walls nor rows explain what is heard.
 """
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic import NonNegativeFloat, NonNegativeInt
 
 from fields.data import FieldData
 from fields.field import paired_queries
 from fields.frame import SceneFrame
 from fields.joined import FieldWithNetwork, join_network
 from fields.plan import TrainingPlan
+from fields.settings import Count, settings
 from inverse.acoustics import Acoustics
 from inverse.find import find_room
 from inverse.guard import needs_network
@@ -34,21 +36,21 @@ MOST_ENDS = 2000
 JOINED = "joined."
 
 
-@dataclass(frozen=True)
+@settings
 class Config:
     """Sizes of the path field."""
 
-    scan_rows: int = 120
+    scan_rows: Count = 120
     "responses the walls are looked for in"
-    reach_s: float = 0.12
+    reach_s: NonNegativeFloat = 0.12
     "longest path, seconds; beyond it the late field speaks alone"
     late: bool = True
     "complete the paths with a late field"
-    pose_sd_m: float = 0.003
+    pose_sd_m: NonNegativeFloat = 0.003
     "standard deviation of each stated coordinate of fitted rows, metres; 0: exact"
     geometry: str = "auto"
     "auto: the room's mesh where it is known; blind; or a mesh, room file or scene"
-    network_steps: int = 400
+    network_steps: NonNegativeInt = 400
     "steps of a network where nothing else explains the room; 0 asks none"
 
 

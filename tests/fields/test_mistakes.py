@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fields import FIELDS, load_field, train
-from fields.settings import model_config
+from fields.table import model_config
 from rir.errors import ConfigError, DatasetError, SignalError, TrainingError
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from fields import FIELDS, load_field
-from fields.settings import model_config
+from fields.table import model_config
 from rir.errors import ConfigError, TrainingError, UnknownNameError
 
 MODELS = Path(__file__).parents[2] / "fields" / "models"
