@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rir import Poses
+from rir.bands import crossover_gains
 from rir.cost import CostCurve, measure_cost
+from rir.onset import find_onset
 from rir.physics import decibels
 from rooms.effects import Tolerance
 from rooms.geometry import Shoebox
@@ -35,14 +37,11 @@ def clarity_per_octave(
     responses: FloatArray, sample_rate: int, centers: FloatArray
 ) -> FloatArray:
     """Return C50 per response and octave [dB], shape (..., bands)."""
-    from rir.bands import crossover_gains
-
     n = responses.shape[-1]
     weights = crossover_gains(tuple(map(float, centers)), sample_rate, 2 * n)
     spectra = np.fft.rfft(responses, 2 * n)[..., None, :] * weights
     energy = np.fft.irfft(spectra, 2 * n)[..., :n] ** 2
-    first = np.argmax(np.abs(responses) > 0.1 * np.abs(responses).max(), axis=-1)
-    split = first[..., None, None] + round(0.05 * sample_rate)
+    split = find_onset(responses)[..., None, None] + round(0.05 * sample_rate)
     early = np.where(np.arange(n) < split, energy, 0.0).sum(axis=-1)
     late = energy.sum(axis=-1) - early
     return decibels(np.maximum(early, 1e-30) / np.maximum(late, 1e-30))

@@ -3,13 +3,14 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rir.decay import FIT_RANGES_DB, fit_line, remaining_energy
 from rir.errors import SignalError
 from rir.physics import decibels
 
 __all__ = ["hall_parameters"]
 
 FloatArray = NDArray[np.float64]
-_FITS = {"EDT": (0.0, -10.0), "T20": (-5.0, -25.0), "T30": (-5.0, -35.0)}
+
 _LEAD = 0.002
 """Energy counts from this long before the direct sound [s]: pulses have a rise."""
 
@@ -104,14 +105,16 @@ def _of_band(
 ) -> dict[str, float]:
     total = float(energy.sum())
     if not known or total <= 0:
-        names = (*_FITS, "TS", "C50", "C80", "G", "D50")
+        names = (*FIT_RANGES_DB, "TS", "C50", "C80", "G", "D50")
         return dict.fromkeys(names, float("nan"))
     lead = round(_LEAD * rate)
     times = np.maximum(np.arange(len(energy)) - lead, 0) / rate
     early = {ms: float(energy[: lead + ms * rate // 1000].sum()) for ms in (50, 80)}
-    left = np.cumsum(energy[::-1])[::-1]
+    left = remaining_energy(energy)
     curve = decibels(np.maximum(left / total, 1e-30))
-    found = {name: _fitted(times, curve, *limits) for name, limits in _FITS.items()}
+    found = {
+        name: _fitted(times, curve, *limits) for name, limits in FIT_RANGES_DB.items()
+    }
     with np.errstate(divide="ignore"):
         clarity = {
             f"C{ms}": float(decibels(part / max(total - part, 1e-30 * total)))
@@ -128,10 +131,9 @@ def _of_band(
 
 def _fitted(times: FloatArray, curve: FloatArray, high: float, low: float) -> float:
     """Return 60 dB over the slope between two levels [s], NaN if it is cut short."""
-    inside = np.nonzero((curve <= high) & (curve >= low))[0]
-    if len(inside) < 3 or inside[-1] == len(curve) - 1:
+    slope, inside = fit_line(times, curve, high, low)
+    if np.isnan(slope) or inside[-1] == len(curve) - 1:
         return float("nan")
-    slope = float(np.polyfit(times[inside], curve[inside], 1)[0])
     # the decay at the end of the response, had the sum behind it not been cut off
     reached = curve[inside[-1]] + slope * (times[-1] - times[inside[-1]])
     return -60 / slope if slope < 0 and reached <= low - 10 else float("nan")

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rir.decay import fit_line, remaining_energy
 from rir.physics import decibels
 from rooms.energy_flow import energy_flow
 from rooms.geometry import Shoebox
@@ -104,7 +105,7 @@ def predict_parameters(
 def _parameters(
     energy: FloatArray, direct: FloatArray, times: FloatArray, arrival: float
 ) -> Parameters:
-    left = np.cumsum(energy[::-1], axis=0)[::-1]
+    left = remaining_energy(energy, axis=0)
     total = left[0] + direct
     early = direct + energy[times < arrival + 0.05].sum(axis=0)
     curve = np.maximum(decibels(left / total), -200.0)
@@ -113,22 +114,17 @@ def _parameters(
     decay = np.maximum(decibels(left / np.maximum(left[0], 1e-300)), -200.0)
     return Parameters(
         level_db=decibels(total),
-        reverberation=_slopes(times, decay, -5, -35),
+        reverberation=_times(times, decay, -5, -35),
         clarity_db=np.minimum(clarity, 60.0),
-        early_decay=_slopes(times, curve, 0.1, -10),
+        early_decay=_times(times, curve, 0.1, -10),
     )
 
 
-def _slopes(
+def _times(
     times: FloatArray, curves: FloatArray, high: float, low: float
 ) -> FloatArray:
     """Return 60 dB over the slope of each curve between two levels [s]."""
-    slopes = np.full(curves.shape[1], np.nan)
-    for band, curve in enumerate(curves.T):
-        inside = (curve <= high) & (curve >= low)
-        if inside.sum() >= 3:
-            slopes[band] = -60 / np.polyfit(times[inside], curve[inside], 1)[0]
-    return slopes
+    return np.array([-60 / fit_line(times, curve, high, low)[0] for curve in curves.T])
 
 
 def predicted_errors(

@@ -5,11 +5,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rir.decay import FIT_RANGES_DB, fit_line, remaining_energy
+
 __all__ = ["exponential_truth", "measured_truth", "range_above_noise"]
 
 FloatArray = NDArray[np.float64]
 
-FITS = {"EDT": (0.0, -10.0), "T20": (-5.0, -25.0), "T30": (-5.0, -35.0)}
+
 SPLITS = {"C50": 0.05, "C80": 0.08}
 DIRECT_WINDOW = 0.0025
 
@@ -43,10 +45,12 @@ def measured_truth(
     The response must be long enough for what lies behind its end not to matter.
     """
     energy = np.square(clean[onset:] / np.max(np.abs(clean)))
-    curve = np.cumsum(energy[::-1])[::-1]
+    curve = remaining_energy(energy)
     curve = curve[curve > 1e-14 * curve[0]]
     level = 10.0 * np.log10(curve / curve[0])
-    truth = {name: _line_time(level, *ends) / rate for name, ends in FITS.items()}
+    truth = {
+        name: _line_time(level, *ends) / rate for name, ends in FIT_RANGES_DB.items()
+    }
     for name, time in SPLITS.items():
         truth[name] = _early_to_late(curve, int(time * rate + 0.5))
     truth["D50"] = 1.0 - _value_at(curve, int(0.05 * rate + 0.5)) / curve[0]
@@ -59,10 +63,10 @@ def measured_truth(
 
 
 def _line_time(level: FloatArray, upper: float, lower: float) -> float:
-    inside = np.flatnonzero((level <= upper) & (level >= lower))
+    slope, inside = fit_line(np.arange(len(level), dtype=float), level, upper, lower)
     if len(inside) < 4 or level[inside[0]] - level[inside[-1]] < 2.0:
         return float("nan")
-    return -60.0 / np.polyfit(inside, level[inside], 1)[0]
+    return -60.0 / slope
 
 
 def _value_at(curve: FloatArray, sample: int) -> float:
@@ -87,6 +91,6 @@ def range_above_noise(clean: FloatArray, noise_rms: float, envelope: Any) -> flo
         Root mean square of the decay over time.
     """
     under = np.flatnonzero(envelope <= noise_rms)
-    curve = np.cumsum(np.square(clean)[::-1])[::-1]
+    curve = remaining_energy(np.square(clean))
     end = under[0] if len(under) else len(clean) - 1
     return float(-10 * np.log10(max(curve[end], 1e-300) / curve[0]))

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from analysis.likeness.arrivals import Arrival, split_arrivals
 from analysis.likeness.bandwise import Bands, noise_density, smoothed
-from analysis.likeness.quiet import onset_time, quiet_part
+from analysis.likeness.quiet import quiet_part
+from rir.onset import find_onset
 
 __all__ = ["coherence", "displaced"]
 
@@ -93,7 +94,8 @@ def displaced(
     dense = np.asarray(rfft(rest), dtype=np.complex128) * colour
     noise = noise_density(quiet_part(samples, sample_rate), len(colour))
     changed += _dense_change(Bands(dense, size, sample_rate, noise), moves, rng)
-    first = onset_time(samples, sample_rate) - LEAD_SECONDS - 6 * position_m / SPEED
+    onset = float(find_onset(samples)) / sample_rate
+    first = onset - LEAD_SECONDS - 6 * position_m / SPEED
     ramp = np.clip(1 + (np.arange(count) / sample_rate - first) / LEAD_SECONDS, 0, 1)
     return samples + np.asarray(irfft(changed, size))[:count] * ramp
 

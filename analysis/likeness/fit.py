@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.likeness.octaves import OctaveEnvelope, octave_envelopes, usable_octaves
-from analysis.likeness.quiet import lead_band_powers, onset_time
+from analysis.likeness.quiet import lead_band_powers
+from rir.onset import find_onset
 
 __all__ = ["OCTAVES", "SwapFit", "fit_swap", "resampled_at", "warped"]
 
@@ -110,7 +111,7 @@ def fit_swap(
         Octaves to use [Hz].
     """
     bands = usable_octaves(sample_rate, centers)
-    onset = min(onset_time(h, sample_rate) for h in (forward, reverse))
+    onset = float(min(find_onset(h) for h in (forward, reverse))) / sample_rate
     edges = _edges(onset, len(forward) / sample_rate)
     target = octave_envelopes(reverse, sample_rate, bands)
     raw = octave_envelopes(forward, sample_rate, bands)

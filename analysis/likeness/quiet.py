@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.likeness.octaves import skirts
+from rir.onset import find_onset
 
-__all__ = ["lead_band_powers", "onset_time", "quiet_part"]
+__all__ = ["lead_band_powers", "quiet_part"]
 
 FloatArray = NDArray[np.float64]
 
@@ -16,23 +17,13 @@ GUARD_SECONDS = 0.001
 FEWEST = 32
 
 
-def onset_time(samples: FloatArray, sample_rate: int) -> float:
-    """Return the time of the first sample within 20 dB of the largest [s].
-
-    References
-    ----------
-    ISO 3382-1:2009, A.3.4.
-    """
-    size = np.abs(samples)
-    return float(np.argmax(size >= 0.1 * size.max())) / sample_rate
-
-
 def _lead(samples: FloatArray, sample_rate: int) -> FloatArray:
     """Return the later half of what precedes the direct sound.
 
     Its earlier half may have been faded in.
     """
-    stop = round((onset_time(samples, sample_rate) - GUARD_SECONDS) * sample_rate)
+    onset = float(find_onset(samples)) / sample_rate
+    stop = round((onset - GUARD_SECONDS) * sample_rate)
     lead = samples[max(0, stop) // 2 : max(0, stop)]
     return lead if len(lead) >= FEWEST and np.any(lead) else samples[:0]
 

@@ -3,6 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from rir.decay import remaining_energy
+
 __all__ = ["PAPER_FLOOR", "paper_energy_curve", "plain_curves"]
 
 FloatArray = NDArray[np.float64]
@@ -18,8 +20,7 @@ def paper_energy_curve(samples: FloatArray) -> FloatArray:
     ----------
     Schroeder, JASA 37 (1965) 409, equation (5), with the floor of the paper's code.
     """
-    energy = np.cumsum((samples**2 + PAPER_FLOOR)[..., ::-1], axis=-1)[..., ::-1]
-    level = 10.0 * np.log10(energy)
+    level = 10.0 * np.log10(remaining_energy(samples**2 + PAPER_FLOOR))
     return level - level[..., :1]
 
 
@@ -28,7 +29,7 @@ def plain_curves(samples: FloatArray) -> FloatArray:
 
     NaN after the last sample that is not zero, and for silence.
     """
-    energy = np.cumsum((samples**2)[..., ::-1], axis=-1)[..., ::-1]
+    energy = remaining_energy(samples**2)
     with np.errstate(divide="ignore", invalid="ignore"):
         level = 10.0 * np.log10(energy)
         curve = level - level[..., :1]

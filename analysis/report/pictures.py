@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rir.decay import remaining_energy
+
 __all__ = ["decay_bytes", "packed_pair", "packed_response", "spectrogram_bytes"]
 
 FloatArray = NDArray[np.float64]
@@ -58,13 +60,8 @@ def packed_pair(
 
 
 def decay_bytes(samples: FloatArray) -> NDArray[np.uint8]:
-    """Return the Schroeder curve at 240 instants, in steps of -0.4 dB.
-
-    References
-    ----------
-    Schroeder, JASA 37 (1965) 409, equation (5).
-    """
-    energy = np.cumsum(samples[::-1] ** 2)[::-1]
+    """Return the energy decay curve at 240 instants, in steps of -0.4 dB."""
+    energy = remaining_energy(samples**2)
     at = np.linspace(0, len(samples) - 1, DECAY_POINTS).astype(int)
     return _levels(energy[at], energy[0])
 

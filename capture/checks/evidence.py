@@ -14,6 +14,7 @@ from capture.signal.crests import Crests
 from capture.signal.energy import EnergyMap
 from capture.signal.reference import Reference
 from capture.signal.residual import Residual
+from rir.onset import find_onset
 
 __all__ = ["Evidence"]
 
@@ -128,18 +129,15 @@ class Evidence:
     @cached_property
     def onset(self) -> Array:
         """First sample at -20 dB below the peak, per channel; NaN if silent."""
-        size = np.abs(self.response)
-        top = size.max(axis=1)
-        first = np.argmax(size >= 0.1 * top[:, np.newaxis], axis=1).astype(float)
-        return np.where(top > 0, first - self.reference.excitation.pre, np.nan)
+        first = find_onset(self.response) - float(self.reference.excitation.pre)
+        return np.where(self.response.any(axis=1), first, np.nan)
 
     @cached_property
     def start(self) -> Array:
         """Lag of the first block within 10 dB of the loudest, per channel, s."""
         order = np.argsort(self.energies.lags)
         power = self.energies.energy.sum(axis=1)[:, order]
-        first = np.argmax(power >= 0.1 * power.max(axis=1, keepdims=True), axis=1)
-        return self.energies.lags[order][first]
+        return self.energies.lags[order][find_onset(power)]
 
     def seconds(self, sample: float) -> str:
         """Return a place in the recording for a person."""

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from capture.signal.stretch import apply_stretch, estimate_stretch, low_passed
 from rir.bands import octave_centers, octave_energies
+from rir.onset import find_onset
 from rir.physics import speed_of_sound
 
 __all__ = ["OneWay", "judge_pair", "octave_distances", "predicted_floor"]
@@ -225,25 +226,15 @@ def _levels(
         return 10 * np.log10(energies[1] / energies[0])
 
 
-def arrival(response: FloatArray) -> int:
-    """Return the sample at which the direct sound begins.
-
-    References
-    ----------
-    ISO 3382-1, 4.1: the start lies where the response rises to within 20 dB of its
-    peak.
-    """
-    size = np.abs(response)
-    return int(np.argmax(size >= 0.1 * size.max()))
-
-
 def arrival_difference(one: FloatArray, other: FloatArray, sample_rate: int) -> float:
     """Return how much later the direct sound arrives in the second response [s].
 
     Found by correlating the first milliseconds, to a fraction of a sample.
     """
     fft: Any = import_module("scipy.fft")
-    begin = max(0, min(arrival(one), arrival(other)) - round(DIRECT_S * sample_rate))
+    begin = max(
+        0, int(min(find_onset(one), find_onset(other))) - round(DIRECT_S * sample_rate)
+    )
     part = slice(begin, begin + round(4 * DIRECT_S * sample_rate))
     a, b = one[part], other[part]
     n = 2 * len(a)
@@ -259,7 +250,7 @@ def early_correlation(one: FloatArray, other: FloatArray, sample_rate: int) -> f
 
     Below 1 kHz only: there, millimetres of placing error cannot spoil it.
     """
-    start = min(arrival(one), arrival(other))
+    start = int(min(find_onset(one), find_onset(other)))
     part = slice(start, start + round(EARLY_S * sample_rate))
     a, b = (low_passed(h, EARLY_HZ, sample_rate)[part] for h in (one, other))
     return float(a @ b / np.sqrt((a @ a) * (b @ b)))

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inverse.rows.fitset import FitSet
+from rir.onset import find_onset
 
 __all__ = ["checked_units", "travelled_speed"]
 
@@ -62,12 +63,10 @@ def travelled_speed(rows: FitSet) -> tuple[float, float] | None:
     not follow distances.
     """
     rows = rows.spread(MOST_ROWS)
-    size = np.abs(rows.responses)
-    peak = size.max(axis=1, initial=0.0)
-    sounding = (peak > 0) & (rows.distances > 0)
+    sounding = rows.responses.any(axis=1) & (rows.distances > 0)
     if sounding.sum() < LEAST_ROWS:
         return None
-    onset = np.argmax(size[sounding] > ONSET * peak[sounding][:, None], axis=1)
+    onset = find_onset(rows.responses[sounding], ONSET)
     times, reach = onset / rows.sample_rate, rows.distances[sounding]
     one, other = np.triu_indices(len(reach), 1)
     apart = reach[other] - reach[one]
