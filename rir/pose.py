@@ -10,10 +10,20 @@ from numpy.typing import ArrayLike, NDArray
 from rir.errors import SignalError
 from rir.numbers import read_array, read_number
 
-__all__ = ["Pose", "Poses", "rotate"]
+__all__ = ["Pose", "Poses", "from_spherical", "rotate"]
 
 FloatArray = NDArray[np.float64]
 _IDENTITY = (0.0, 0.0, 0.0, 1.0)
+
+
+def from_spherical(
+    azimuth_deg: ArrayLike, elevation_deg: ArrayLike, radius: ArrayLike = 1.0
+) -> NDArray[np.float64]:
+    """Return places given by azimuth and elevation [°] and distance, shape (..., 3)."""
+    azimuth, elevation = np.radians(azimuth_deg), np.radians(elevation_deg)
+    level = radius * np.cos(elevation)
+    height = radius * np.sin(elevation)
+    return np.stack([level * np.cos(azimuth), level * np.sin(azimuth), height], axis=-1)
 
 
 def rotate(quaternions: ArrayLike, vectors: ArrayLike) -> FloatArray:

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from rir import GainPattern, Registry
 from rir.bands import octave_centers
 from rir.errors import ConfigError
-from rir.optional import require
+from rir.files.sofa import open_sofa, rate_of
+from rir.pose import from_spherical
 
 __all__ = ["PATTERNS", "load_gain"]
 
@@ -73,33 +74,22 @@ def _read_balloon(path: str) -> tuple[FloatArray, FloatArray]:
         raise ConfigError(
             f"{path} needs rows of azimuth, elevation and 1 or {len(_CENTERS)} gains"
         )
-    return _directions(table[:, 0], table[:, 1]), table[:, 2:]
+    return from_spherical(table[:, 0], table[:, 1]), table[:, 2:]
 
 
 def _is_number(text: str) -> bool:
     return re.fullmatch(r"[-+0-9.eE]+", text) is not None
 
 
-def _directions(azimuth_deg: FloatArray, elevation_deg: FloatArray) -> FloatArray:
-    azimuth, elevation = np.radians(azimuth_deg), np.radians(elevation_deg)
-    flat = np.cos(elevation)
-    return np.stack(
-        [flat * np.cos(azimuth), flat * np.sin(azimuth), np.sin(elevation)], axis=-1
-    )
-
-
 def _read_sofa(path: str) -> tuple[FloatArray, FloatArray]:
     """Return directions and octave gains of a SOFA directivity."""
-    sofar = require("sofar", why="reading SOFA files")
-    try:
-        sofa = sofar.read_sofa(path, verify=False, verbose=False)
-    except (OSError, ValueError) as error:
-        raise ConfigError(f"cannot read {path} as SOFA: {error}") from error
+    sofa = open_sofa(path, ConfigError)
     if hasattr(sofa, "Data_IR"):
         responses = np.asarray(sofa.Data_IR, dtype=float)
-        rate = float(np.ravel(sofa.Data_SamplingRate)[0])
         spectra = np.abs(np.fft.rfft(responses, axis=-1))
-        frequencies = np.asarray(np.fft.rfftfreq(responses.shape[-1], 1 / rate))
+        frequencies = np.asarray(
+            np.fft.rfftfreq(responses.shape[-1], 1 / rate_of(sofa))
+        )
     else:
         spectra = np.abs(np.asarray(sofa.Data_Real) + 1j * np.asarray(sofa.Data_Imag))
         frequencies = np.asarray(sofa.N, dtype=float).ravel()
@@ -108,7 +98,7 @@ def _read_sofa(path: str) -> tuple[FloatArray, FloatArray]:
     places = np.asarray(sofa.SourcePosition if many else sofa.ReceiverPosition)
     places = places.reshape(len(places), -1)[:, :3]
     gains = spectra[:, 0] if many else spectra[0]
-    return _directions(places[:, 0], places[:, 1]), _octaves(gains, frequencies)
+    return from_spherical(places[:, 0], places[:, 1]), _octaves(gains, frequencies)
 
 
 def _octaves(gains: FloatArray, frequencies: Any) -> FloatArray:

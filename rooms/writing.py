@@ -32,7 +32,7 @@ def write_simulation(
     if path.suffix == ".h5":
         return _write_dataset(result, scene, places, rows, path)
     if path.suffix == ".wav":
-        from rir.audio import write_audio
+        from rir.files.audio import write_audio
 
         path.parent.mkdir(parents=True, exist_ok=True)
         write_audio(path, rows, result.sample_rate, subtype="FLOAT")

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rir import GainPattern
-from rir.audio import read_audio
 from rir.dataset import Dataset
 from rir.errors import SignalError
-from rir.optional import require
+from rir.files.audio import read_audio
+from rir.files.sofa import open_sofa, rate_of
 
 __all__ = ["FileResponses", "read_responses"]
 
@@ -99,14 +99,12 @@ def _has_ideal_source(dataset: Dataset) -> bool:
 
 
 def _of_sofa(path: Path) -> FileResponses:
-    sofar = require("sofar", why="reading SOFA files")
+    sofa = open_sofa(path, SignalError)
     try:
-        sofa = sofar.read_sofa(str(path), verify=False, verbose=False)
         samples = np.asarray(sofa.Data_IR, float)
-        rate = float(np.ravel(sofa.Data_SamplingRate)[0])
-    except (AttributeError, OSError, ValueError) as error:
+    except (AttributeError, ValueError) as error:
         raise SignalError(f"{path} holds no impulse responses: {error}") from error
     lead = samples.shape[:-1]
     labels = [" ".join(map(str, index)) for index in np.ndindex(*lead)]
     flat = samples.reshape(-1, samples.shape[-1])
-    return FileResponses(path.name, labels, flat, round(rate))
+    return FileResponses(path.name, labels, flat, round(rate_of(sofa)))

@@ -50,7 +50,7 @@ def convert_responses(
 
     A folder of WAV files needs a poses.csv; see docs/measuring.md.
     """
-    from capture.formats.recordings import Excitation, read_recordings
+    from capture.deconvolution.recordings import Excitation, read_recordings
 
     if excitation is not None:
         played = Excitation(excitation, loopback, None, seconds)
@@ -80,8 +80,8 @@ def recognize(path: Path) -> str:
 
 
 def _read(path: Path, name: str | None, simulated: bool | None) -> "Dataset":
-    from capture.formats import FORMATS
     from rir import Dataset
+    from rir.files import FORMATS
 
     name = name or recognize(path)
     if name == "dataset":
@@ -90,8 +90,8 @@ def _read(path: Path, name: str | None, simulated: bool | None) -> "Dataset":
 
 
 def _write(dataset: "Dataset", path: Path, name: str | None) -> None:
-    from capture.formats import FORMATS
     from rir import ConfigError
+    from rir.files import FORMATS
 
     known = {".h5": "dataset", ".sofa": "sofa"}
     name = name or known.get(path.suffix)

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from capture.deconvolution.deconvolve import Deconvolution, deconvolve
 from capture.signal.finding import find_sweeps
-from rir.audio import read_audio, write_audio
 from rir.errors import SignalError
+from rir.files.audio import read_audio, write_audio
 
 __all__ = ["Job", "deconvolve_files"]
 

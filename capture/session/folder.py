@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from capture.config import SessionConfig
 from rir import SessionError, SignalError
-from rir.audio import read_audio, write_audio
 from rir.config import dump_yaml, load_yaml
+from rir.files.audio import read_audio, write_audio
 
 __all__ = ["SessionFolder", "file_sha256", "lossless_format"]
 

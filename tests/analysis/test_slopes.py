@@ -6,7 +6,7 @@ import pytest
 
 from analysis import acoustic_parameters
 from analysis.slopes import fit_slopes
-from rir.audio import read_audio
+from rir.files.audio import read_audio
 
 RATE = 48000
 DATA = Path(

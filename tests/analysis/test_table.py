@@ -11,7 +11,7 @@ from analysis.cli import main
 from analysis.table import read_responses, tabulate_files
 from analysis.table.strength_column import read_reference
 from rir import SignalError
-from rir.audio import write_audio
+from rir.files.audio import write_audio
 
 RATE = 16000
 
@@ -93,7 +93,7 @@ def test_unknown_sofa_content_is_explained(tmp_path):
     broken = tmp_path / "broken.sofa"
     broken.write_bytes(b"not HDF5")
     pytest.importorskip("sofar")
-    with pytest.raises(SignalError, match="no impulse responses"):
+    with pytest.raises(SignalError, match="as SOFA"):
         list(read_responses(broken))
 
 

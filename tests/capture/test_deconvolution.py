@@ -180,7 +180,7 @@ def test_what_cannot_be_meant_is_refused(
 def test_the_real_recording_gives_its_authors_response() -> None:
     from scipy.signal import butter, sosfilt
 
-    from rir.audio import read_audio
+    from rir.files.audio import read_audio
 
     data = np.load(REAL / "derived_pyfar_sweep.npz")
     [theirs], rate = read_audio(REAL / "impulse_response_measurement.wav")

@@ -7,7 +7,7 @@ import pytest
 
 from capture import synchronized_sweep
 from capture.commands.deconvolve_sweep import main
-from rir.audio import read_audio, write_audio
+from rir.files.audio import read_audio, write_audio
 
 RATE = 16000
 

@@ -13,7 +13,7 @@ from capture.session.folder import SessionFolder
 from capture.session.journal import read_journal
 from capture.session.recover import recover
 from rir import Dataset, InterfaceError, SessionError, SignalError
-from rir.audio import write_audio
+from rir.files.audio import write_audio
 
 MakeSession = Callable[..., Session]
 

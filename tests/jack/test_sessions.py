@@ -21,7 +21,7 @@ from capture.session.recover import recover
 from capture.session.start import Request, merge, plan_session
 from capture.session.take import Examiner
 from rir import Dataset, SessionError
-from rir.audio import read_audio
+from rir.files.audio import read_audio
 
 pytestmark = pytest.mark.jack
 

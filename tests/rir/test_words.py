@@ -10,8 +10,8 @@ import typer
 
 import rir
 from rir import errors
-from rir.audio import audio_info, read_audio, write_audio
 from rir.command import run
+from rir.files.audio import audio_info, read_audio, write_audio
 from rir.optional import require
 from rir.registry import Registry
 from rir.response import ImpulseResponse, as_samples

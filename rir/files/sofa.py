@@ -1,4 +1,4 @@
-"""SOFA files (AES69): one measurement per response, SingleRoomSRIR convention."""
+"""SOFA files (AES69). Data sets: one measurement a response, SingleRoomSRIR."""
 
 from datetime import UTC, datetime
 from pathlib import Path
@@ -7,16 +7,38 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from capture.formats.table import FORMATS, Format, is_simulated
-from rir import Dataset, DatasetError, Poses
+from rir import Dataset, DatasetError, Poses, ResoundingError
+from rir.files.table import FORMATS, Format, is_simulated
 from rir.optional import require
-from rir.pose import rotate
+from rir.pose import from_spherical, rotate
 from rir.records import software_version
 
-__all__ = ["read_sofa", "write_sofa"]
+__all__ = ["open_sofa", "rate_of", "read_sofa", "write_sofa"]
 
 FloatArray = NDArray[np.float64]
 KELVIN = 273.15
+
+
+def open_sofa(path: str | Path, refusal: type[ResoundingError]) -> Any:
+    """Return what a SOFA file holds, as sofar gives it.
+
+    Raises
+    ------
+    MissingPartError
+        If sofar is not installed.
+    ResoundingError
+        Of the type `refusal`, if the file cannot be read.
+    """
+    sofar = require("sofar", why="reading SOFA files")
+    try:
+        return sofar.read_sofa(str(path), verify=False, verbose=False)
+    except (OSError, ValueError) as error:
+        raise refusal(f"cannot read {path} as SOFA: {error}") from error
+
+
+def rate_of(sofa: Any) -> float:
+    """Return the sample rate of a file's impulse responses [Hz]."""
+    return float(np.ravel(sofa.Data_SamplingRate)[0])
 
 
 def write_sofa(dataset: Dataset, path: Path) -> None:
@@ -100,11 +122,7 @@ def read_sofa(path: Path, simulated: bool | None) -> Dataset:
     DatasetError
         If the file holds no impulse responses.
     """
-    sofar = require("sofar", why="SOFA")
-    try:
-        sofa = sofar.read_sofa(str(path), verify=False, verbose=False)
-    except (OSError, ValueError) as error:
-        raise DatasetError(f"cannot read {path} as SOFA: {error}") from error
+    sofa = open_sofa(path, DatasetError)
     if not hasattr(sofa, "Data_IR") or np.ndim(sofa.Data_IR) != 3:
         raise DatasetError(f"{path} holds no impulse responses (Data.IR, M × R × N)")
     responses = np.asarray(sofa.Data_IR, dtype=float)
@@ -116,7 +134,7 @@ def read_sofa(path: Path, simulated: bool | None) -> Dataset:
         responses.reshape(-1, n),
         _read_poses(sofa, "Source", count)[rows],
         _with_receivers(sofa, _read_poses(sofa, "Listener", count), receivers),
-        sample_rate=round(float(np.ravel(sofa.Data_SamplingRate)[0])),
+        sample_rate=round(rate_of(sofa)),
         simulated=is_simulated(simulated, about, path),
         room_name=str(sofa.GLOBAL_Title),
         session=path.stem,
@@ -141,16 +159,7 @@ def _cartesian(sofa: Any, name: str) -> FloatArray:
     values = values[..., 0] if values.ndim == 3 else values
     if getattr(sofa, f"{name}_Type", "cartesian") != "spherical":
         return values
-    azimuth, elevation = np.radians(values[:, 0]), np.radians(values[:, 1])
-    level = values[:, 2] * np.cos(elevation)
-    return np.stack(
-        (
-            level * np.cos(azimuth),
-            level * np.sin(azimuth),
-            values[:, 2] * np.sin(elevation),
-        ),
-        axis=1,
-    )
+    return from_spherical(*values[:, :3].T)
 
 
 def _read_poses(sofa: Any, end: str, count: int) -> Poses:

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from capture.commands.convert_responses import main
-from capture.formats import FORMATS
 from capture.signal.sweep import synchronized_sweep
 from rir import Dataset, DatasetError, Pose, Poses
-from rir.audio import write_audio
+from rir.files import FORMATS
+from rir.files.audio import write_audio
 
 PLACES = [Pose.at(1, 1, 1, yaw_deg=30, pitch_deg=20), Pose.at(3, 2, 1.2, yaw_deg=-100)]
 

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from capture.formats.table import (
+from rir import Dataset, DatasetError, Poses
+from rir.files.table import (
     FORMATS,
     Format,
     is_simulated,
@@ -12,7 +13,6 @@ from capture.formats.table import (
     read_about,
     write_about,
 )
-from rir import Dataset, DatasetError, Poses
 
 __all__ = ["read_npz", "write_npz"]
 

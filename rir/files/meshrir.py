@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from capture.formats.table import FORMATS, Format, is_simulated
 from rir import Dataset, DatasetError
+from rir.files.table import FORMATS, Format, is_simulated
 
 __all__ = ["read_meshrir", "write_meshrir"]
 

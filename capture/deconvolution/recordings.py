@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 
 from capture.deconvolution.deconvolve import deconvolve
-from capture.formats.table import is_simulated, read_about
-from capture.formats.wav import POSES, columns_of, poses_of, read_poses
 from rir import Dataset, DatasetError
-from rir.audio import read_audio
+from rir.files.audio import read_audio
+from rir.files.table import is_simulated, read_about
+from rir.files.wav import POSES, columns_of, poses_of, read_poses
 
 __all__ = ["Excitation", "read_recordings"]
 

@@ -5,7 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from capture.formats.table import (
+from rir import Dataset, DatasetError, Poses
+from rir.files.audio import read_audio, write_audio
+from rir.files.table import (
     FORMATS,
     Format,
     is_simulated,
@@ -13,8 +15,6 @@ from capture.formats.table import (
     read_about,
     write_about,
 )
-from rir import Dataset, DatasetError, Poses
-from rir.audio import read_audio, write_audio
 
 __all__ = ["POSES", "read_poses", "read_wav", "write_wav"]
 
