@@ -20,7 +20,7 @@ import numpy as np
 
 from inverse.find import room_in_rows
 from inverse.late.features import PlaceFeatures
-from inverse.late.late import chi_square_bias, fit_maps
+from inverse.late.late_maps import chi_square_bias, fit_maps
 from inverse.late.slopes import common_rates, region_curves
 from inverse.paths.polyhedral import FittedMesh
 from inverse.rows.direct import read_direct

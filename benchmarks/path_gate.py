@@ -19,7 +19,7 @@ import numpy as np
 
 from fields.evaluate import compare_rows
 from inverse.find import room_in_rows
-from inverse.late.coherence_horizon import Doubt, coherence_horizon
+from inverse.late.coherence_horizon import Uncertainty, coherence_horizon
 from inverse.late.completion import Completion
 from inverse.paths.bank import ideal_bank
 from inverse.paths.mesh_room import MeshRoom
@@ -131,7 +131,7 @@ def horizon_errors(render: Callable[..., None], count: int) -> dict[str, float]:
 
     Every row has its own air; each coordinate of both ends is off by 3 mm.
     """
-    doubt = Doubt(pose_sd_m=POSE_SD_M, temperature_sd_k=DRIFT_K)
+    doubt = Uncertainty(pose_sd_m=POSE_SD_M, temperature_sd_k=DRIFT_K)
     found = {}
     for name in (*ROOMS, CORNERED):
         told, truth = _told_and_truth(render, name, count)

@@ -125,7 +125,7 @@ def planes_of(heard: Acoustics) -> np.ndarray:
     if isinstance(fitted, FittedMesh):
         return fitted.room.shape.planes
     box = fitted.room.box
-    return box.planes[box.heard]
+    return box.planes[box.found]
 
 
 def wall_errors(planes: np.ndarray, truth: Polyhedron) -> dict[str, Any]:
@@ -303,7 +303,7 @@ def scanned() -> dict[str, dict[str, Any]]:
         signals = scan_signals(rows, direct)
         boxes = assemble_boxes(signals, scan_planes(signals))
         seconds = time.process_time() - start
-        planes = boxes[0].planes[boxes[0].heard] if boxes else np.empty((0, 4))
+        planes = boxes[0].planes[boxes[0].found] if boxes else np.empty((0, 4))
         found = wall_errors(planes, truth)
         told[f"scan of a box, {seed}"] = {**found, "cpu_s": seconds, "alarms": []}
     return told

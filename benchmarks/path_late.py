@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from inverse.late.features import PlaceFeatures
-from inverse.late.late import LateMaps, chi_square_bias, fit_maps
+from inverse.late.late_maps import LateMaps, chi_square_bias, fit_maps
 from inverse.late.slopes import common_rates, region_curves
 from inverse.rows.regions import Regions, find_regions
 

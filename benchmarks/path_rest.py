@@ -76,9 +76,9 @@ def _scattered(
 
 def _late_modes(rng: np.random.Generator):
     """Return late sound that obeys reciprocity: plane waves with twins."""
-    from inverse.late.tail import Tail
+    from inverse.late.spatial_tail import SpatialTail
 
-    tail = Tail(int(rng.integers(1000)), np.zeros(3), RATE / SPEED, SAMPLES)
+    tail = SpatialTail(int(rng.integers(1000)), np.zeros(3), RATE / SPEED, SAMPLES)
     times = np.arange(SAMPLES) / RATE
     shape = 0.05 * np.exp(-40 * times) * np.minimum(times / 0.02, 1)
 

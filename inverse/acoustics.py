@@ -11,7 +11,7 @@ from inverse.blend.aligned import AlignedRows
 from inverse.blend.blend import Rest
 from inverse.blend.fallback import NearestRows
 from inverse.names import part_of, prefixed
-from inverse.objects.furnishing import Furnishing
+from inverse.objects.found_objects import FoundObjects
 from inverse.paths.polyhedral import FittedMesh
 from inverse.paths.shoebox import FittedRoom
 from inverse.rows.fitset import FitSet
@@ -34,7 +34,7 @@ class Acoustics:
         The room, a box or one of flat faces; a box without walls where only direct
         sounds are sure, None where not even they are.
     rows : NearestRows or None
-        Held only where nothing is fitted.
+        TileEnergies only where nothing is fitted.
     rest : Rest or None
         What fills in for the paths; None where they explain all.
     unexplained : float
@@ -115,7 +115,7 @@ class Acoustics:
         if isinstance(self.fitted, FittedMesh):
             return told | self.fitted.report()
         room, spread = self.fitted.room, self.fitted.spreads()
-        heard, found = room.box.heard, Furnishing.of(self.fitted.banded)
+        heard, found = room.box.found, FoundObjects.of(self.fitted.banded)
         return told | {
             "walls": int(heard.sum()),
             "planes": room.box.planes[heard].tolist(),

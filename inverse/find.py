@@ -7,7 +7,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from inverse.acoustics import Acoustics
-from inverse.bands.banded import in_half_octaves
+from inverse.bands.banded_fit import in_half_octaves
 from inverse.blend.blend import Rest
 from inverse.blend.fallback import NearestRows
 from inverse.guard import guarded
@@ -30,12 +30,12 @@ from inverse.rows.outlier_rows import outlier_rows
 from inverse.rows.pose_spread import pose_alarms
 from inverse.rows.suspect_rows import doubtful_rows, doubtful_words
 from inverse.rows.units import checked_units
-from inverse.walls.box import Box
-from inverse.walls.box_search import suppose_box
+from inverse.walls.box import OrientedBox
+from inverse.walls.box_search import search_box
 from inverse.walls.convex import try_convex
+from inverse.walls.inner_walls import find_inner_walls
 from inverse.walls.joining import join_rooms
-from inverse.walls.nearness import scanned
-from inverse.walls.opened import open_box
+from inverse.walls.small_rooms import scan_room
 from rir import GainPattern
 
 __all__ = ["find_room", "room_in_rows", "without_outliers"]
@@ -263,18 +263,18 @@ def _fitted(
         drawn, alarms = fit_drawn(rows, direct, shape, reach_s, listening)
         if drawn is not None:
             return _settled(rows, drawn, listening), alarms
-    scan = scanned(rows, direct, scan_rows)
+    scan = scan_room(rows, direct, scan_rows)
     direct = scan.direct
     reach_m = reach_s * rows.speed_of_sound
     convex = try_convex(rows, direct, scan.planes, reach_m, listening)
     if convex is not None and convex.plain:
         return _settled(rows, convex.fitted, listening), alarms
-    boxes = [box for box in scan.boxes if box.heard.sum() >= LEAST_WALLS]
+    boxes = [box for box in scan.boxes if box.found.sum() >= LEAST_WALLS]
     if not boxes:
         alarms.append(NO_PLANE if clear else NO_DIRECT)
         return Settled(None), alarms
     try:
-        found = suppose_box(rows, direct, boxes, scan.signals)
+        found = search_box(rows, direct, boxes, scan.signals)
         # of one loudspeaker turned away few direct sounds tell; a whole box may
         if not clear and found.left > TOLD:
             return Settled(None), [NO_DIRECT]
@@ -292,7 +292,7 @@ def _fitted(
     listening = settled.heard_by or listening
     if convex is not None and convex.beats(rows, fitted):
         return settled.onto(convex.fitted), alarms
-    opened = open_box(rows, direct, fitted, reach_s, listening)
+    opened = find_inner_walls(rows, direct, fitted, reach_s, listening)
     if opened.fitted is None and found.unsure:
         names = ", ".join(WALL_NAMES[wall] for wall in found.unsure)
         alarms.append(
@@ -312,7 +312,7 @@ def _settled(
     return settle_listener(settled.even(rows), settled)
 
 
-def _longest(rows: FitSet, box: Box, reach_s: float) -> float:
+def _longest(rows: FitSet, box: OrientedBox, reach_s: float) -> float:
     """Return the longest path worth listing, metres."""
     volume = float(np.prod(np.minimum(box.high - box.low, 60.0)))
     dense = (MOST_IMAGES * 3 * volume / (4 * np.pi)) ** (1 / 3)
@@ -364,7 +364,7 @@ def _room_alarms(fitted: FittedRoom | FittedMesh, unexplained: float) -> list[st
     if isinstance(fitted, FittedMesh):
         return mesh_alarms(fitted, unexplained)
     alarms = []
-    heard = fitted.room.box.heard
+    heard = fitted.room.box.found
     if not heard.all():
         names = [WALL_NAMES[k] for k in np.flatnonzero(~heard)]
         alarms.append(f"walls unseen by the data: {', '.join(names)}; none is invented")

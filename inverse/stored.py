@@ -10,7 +10,7 @@ from inverse.paths.bank import PulseBank
 from inverse.paths.coloring import Coloring
 from inverse.paths.room import BoxRoom
 from inverse.paths.shoebox import FittedRoom
-from inverse.walls.box import Box
+from inverse.walls.box import OrientedBox
 
 __all__ = ["room_arrays", "room_from"]
 
@@ -42,7 +42,7 @@ def room_from(arrays: dict[str, np.ndarray]) -> FittedRoom:
     """Rebuild what :func:`room_arrays` named."""
     scalars: dict[str, Any] = {name: float(arrays[name]) for name in _SCALARS}
     room = BoxRoom(
-        box=Box(**part_of(arrays, "box")),
+        box=OrientedBox(**part_of(arrays, "box")),
         walls=arrays["walls"],
         emitting=arrays["emitting"],
         listening=arrays["listening"],

@@ -12,7 +12,7 @@ from inverse.bands.half_octaves import HalfOctaves, Kernels
 from inverse.rows.fitset import FitSet
 from rir import Poses
 
-__all__ = ["BandData", "fit_walls", "hear_bands", "tuned"]
+__all__ = ["BandData", "band_data", "fit_walls", "tuned"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -58,7 +58,7 @@ class BandData:
         return replace(self, emitters=emitters, listeners=listeners)
 
 
-def hear_bands(rows: FitSet, grid: HalfOctaves, source: ComplexArray) -> BandData:
+def band_data(rows: FitSet, grid: HalfOctaves, source: ComplexArray) -> BandData:
     """Return rows as the bands hear them."""
     spectra = np.fft.rfft(rows.responses, grid.size)
     floor = FAINT**2 * float(np.max(np.abs(source) ** 2)) + 1e-300
@@ -226,7 +226,7 @@ def _steps(
 
 def _active(banded: BandedRoom) -> NDArray[np.bool_]:
     active = np.ones(_columns(banded), dtype=bool)
-    active[:LOSS] = np.repeat(banded.room.box.heard, 2)
+    active[:LOSS] = np.repeat(banded.room.box.found, 2)
     if banded.listening.shape[1] > 1:
         # one of the two levels stands
         active[PATTERN + banded.emitting.shape[1]] = False

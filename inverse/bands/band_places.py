@@ -15,7 +15,7 @@ from inverse.bands.banded_room import BandedRoom, most_images
 from inverse.bands.half_octaves import SPARE
 from rir import Poses
 
-__all__ = ["Moved", "fit_places"]
+__all__ = ["PlaceFit", "fit_places"]
 
 FloatArray = NDArray[np.float64]
 GEOMETRY, PLACES = 11, 6
@@ -26,7 +26,7 @@ FARTHEST = 3.0
 
 
 @dataclass(frozen=True, eq=False)
-class Moved:
+class PlaceFit:
     """Hold what moved and how well it is known.
 
     Parameters
@@ -54,7 +54,7 @@ def fit_places(
     turns: int,
     sigma: float,
     shifts: FloatArray | None = None,
-) -> Moved:
+) -> PlaceFit:
     """Move geometry and places; the bands `chosen` speak.
 
     Parameters
@@ -68,7 +68,7 @@ def fit_places(
     """
     rows = len(data.targets)
     shifts = np.zeros((rows, PLACES)) if shifts is None else shifts
-    best = Moved(banded, data, shifts, np.zeros((GEOMETRY, GEOMETRY)))
+    best = PlaceFit(banded, data, shifts, np.zeros((GEOMETRY, GEOMETRY)))
     noise = _noise(best, chosen)
     square, right, misfit = _sums(best, chosen, 1 / noise)
     lowest, damping = _cost(best, misfit, sigma), 1e-3
@@ -87,11 +87,11 @@ def fit_places(
     return best
 
 
-def _cost(at: Moved, misfit: FloatArray, sigma: float) -> float:
+def _cost(at: PlaceFit, misfit: FloatArray, sigma: float) -> float:
     return float(misfit.sum() + (at.shifts**2).sum() / max(sigma, 1e-9) ** 2)
 
 
-def _noise(at: Moved, chosen: NDArray[np.bool_]) -> FloatArray:
+def _noise(at: PlaceFit, chosen: NDArray[np.bool_]) -> FloatArray:
     """Return what one envelope sample misses on average, shape (rows, bands)."""
     grid = at.banded.grid
     kernels = at.banded.kernels(at.data.weight)
@@ -106,7 +106,7 @@ def _noise(at: Moved, chosen: NDArray[np.bool_]) -> FloatArray:
 
 
 def _sums(
-    at: Moved,
+    at: PlaceFit,
     chosen: NDArray[np.bool_],
     weights: FloatArray,
     *,
@@ -150,10 +150,10 @@ def _sums(
 
 
 def _solved(
-    square: FloatArray, right: FloatArray, at: Moved, sigma: float, damping: float
+    square: FloatArray, right: FloatArray, at: PlaceFit, sigma: float, damping: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the step of the geometry, of all places, and a covariance."""
-    heard = at.banded.room.box.heard
+    heard = at.banded.room.box.found
     active = np.ones(GEOMETRY, dtype=bool)
     active[:3] = heard.sum() >= 2
     active[3:6], active[6:9] = heard[0::2], heard[1::2]
@@ -182,7 +182,7 @@ def _solved(
     return step, moves, covariance
 
 
-def _moved(at: Moved, step: FloatArray, moves: FloatArray) -> Moved:
+def _moved(at: PlaceFit, step: FloatArray, moves: FloatArray) -> PlaceFit:
     room = at.banded.room
     turned = room.box.turned(step[:3])
     box = replace(turned, low=turned.low + step[3:6], high=turned.high + step[6:9])
@@ -196,7 +196,9 @@ def _moved(at: Moved, step: FloatArray, moves: FloatArray) -> Moved:
         _shifted(at.data.emitters, moves[:, 3:] @ box.axes),
         _shifted(at.data.listeners, moves[:, :3] @ box.axes),
     )
-    return Moved(replace(at.banded, room=room), data, at.shifts + moves, at.covariance)
+    return PlaceFit(
+        replace(at.banded, room=room), data, at.shifts + moves, at.covariance
+    )
 
 
 def _shifted(poses: Poses, moves: FloatArray) -> Poses:

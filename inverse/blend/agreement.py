@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from inverse.late.gate import LEAST_ROWS, NULL_SIGMAS, Held
+from inverse.late.gate import LEAST_ROWS, NULL_SIGMAS, TileEnergies
 from inverse.late.tiles import Tiles
 
 __all__ = ["Agreement", "bins_after"]
@@ -42,12 +42,14 @@ class Agreement:
     calm: float = 1.0
 
     @classmethod
-    def fit(cls, held: Held, after: np.ndarray, apart: np.ndarray) -> "Agreement":
+    def fit(
+        cls, held: TileEnergies, after: np.ndarray, apart: np.ndarray
+    ) -> "Agreement":
         """Compare waveforms tile by tile.
 
         Parameters
         ----------
-        held : Held
+        held : TileEnergies
             Energies and products of the same pairs.
         after : numpy.ndarray
             What `bins_after` says of them, shape (pairs, bins).
@@ -102,7 +104,7 @@ def bins_after(
 
 
 def _compared(
-    held: Held, rows: np.ndarray, after: np.ndarray
+    held: TileEnergies, rows: np.ndarray, after: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return coherences and level ratios of some pairs, (bands, bins + 1) each."""
     loud = held.measured[rows].sum(axis=(1, 2))

@@ -18,7 +18,7 @@ from inverse.blend.direct_levels import Launch
 from inverse.blend.mixture import mix, mixing_weights
 from inverse.blend.proof import Proof, prove
 from inverse.late.completion import Completion
-from inverse.late.measured import Measured
+from inverse.late.measured_energies import MeasuredEnergies
 from inverse.late.tiles import Tiles
 from inverse.names import part_of
 from inverse.paths.open_air import directivity
@@ -107,7 +107,7 @@ class Rest:
             said.append(kept.left_out(judged))
             if aimed:
                 said.append(kept.left_out(judged, aimed=True))
-        measured = Measured.of(judged, paths)
+        measured = MeasuredEnergies.of(judged, paths)
         found = {}
         weights = mixing_weights(judged.responses, said, tiles)
         mixed = mix(tiles, weights, said)

@@ -7,7 +7,7 @@ import numpy as np
 
 from analysis.scores import Scores
 from inverse.blend.proof import likeness, prove
-from inverse.late.spectral_tilt import tint_filter
+from inverse.late.spectral_tilt import tilt_filter
 from inverse.rows.fitset import FitSet
 
 __all__ = ["settled"]
@@ -56,7 +56,7 @@ def settled(
     for calm in CALM:
         one = replace(best, agreement=replace(best.agreement, calm=calm))
         told = one.apply(early, rows.emitters, rows.listeners, guide)
-        taps = tint_filter(rows.responses, told, rows.sample_rate)
+        taps = tilt_filter(rows.responses, told, rows.sample_rate)
         tried |= {f"{calm}": one, f"{calm} finished": replace(one, finish=taps)}
     return _best(tried, rows, *said, lean=LEAN)
 

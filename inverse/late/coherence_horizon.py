@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-__all__ = ["Doubt", "coherence_horizon", "predicted_coherence"]
+__all__ = ["Uncertainty", "coherence_horizon", "predicted_coherence"]
 
 from dataclasses import dataclass
 
@@ -15,7 +15,7 @@ TEMPERATURE_SD_K = 0.1
 
 
 @dataclass(frozen=True)
-class Doubt:
+class Uncertainty:
     """Say what is not known exactly.
 
     Parameters
@@ -45,7 +45,10 @@ class Doubt:
 
 
 def predicted_coherence(
-    frequencies: np.ndarray, times: np.ndarray, speed_of_sound: float, doubt: Doubt
+    frequencies: np.ndarray,
+    times: np.ndarray,
+    speed_of_sound: float,
+    doubt: Uncertainty,
 ) -> np.ndarray:
     """Return how much of the energy a path model can share with a measurement.
 
@@ -60,7 +63,7 @@ def predicted_coherence(
 def coherence_horizon(
     frequencies: np.ndarray,
     speed_of_sound: float,
-    doubt: Doubt,
+    doubt: Uncertainty,
     *,
     longest_s: float = 10.0,
 ) -> np.ndarray:
@@ -71,7 +74,7 @@ def coherence_horizon(
 
     Examples
     --------
-    >>> doubt = Doubt(pose_sd_m=0.003, temperature_sd_k=0.5)
+    >>> doubt = Uncertainty(pose_sd_m=0.003, temperature_sd_k=0.5)
     >>> coherence_horizon(np.array([1000.0]), 343.0, doubt).round(2)
     array([0.13])
     """

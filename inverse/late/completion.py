@@ -7,17 +7,17 @@ import numpy as np
 
 from inverse.blend.agreement import Agreement, bins_after
 from inverse.blend.variant_choice import settled
-from inverse.late.coherence_horizon import Doubt, predicted_coherence
+from inverse.late.alarms import completion_alarms
+from inverse.late.coherence_horizon import Uncertainty, predicted_coherence
 from inverse.late.energy import EnergyModel, arrival_shares
-from inverse.late.even_tail import CalmTail
+from inverse.late.even_tail import EvenTail
 from inverse.late.features import PlaceFeatures
-from inverse.late.gate import MOST_GAIN, Gate, Held, judge
-from inverse.late.late import LateMaps, chi_square_variance
-from inverse.late.measured import Measured
-from inverse.late.spectral_tilt import colored, tint_filter
-from inverse.late.tail import Tail
+from inverse.late.gate import MOST_GAIN, Gate, TileEnergies, judge
+from inverse.late.late_maps import LateMaps, chi_square_variance
+from inverse.late.measured_energies import MeasuredEnergies
+from inverse.late.spatial_tail import SpatialTail
+from inverse.late.spectral_tilt import colored, tilt_filter
 from inverse.late.tiles import Tiles
-from inverse.late.words import completion_alarms
 from inverse.names import part_of, prefixed
 from inverse.rows.fitset import FitSet
 from inverse.rows.regions import Regions, apartness
@@ -42,7 +42,7 @@ class Completion:
         Energy of any pair.
     gate : Gate
         Which tiles the paths fill.
-    tail : Tail
+    tail : SpatialTail
         Waveform of what the energy model fills.
     agreement : Agreement
         How much of each tile's energy keeps its waveform.
@@ -55,7 +55,7 @@ class Completion:
     tiles: Tiles
     model: EnergyModel
     gate: Gate
-    tail: Tail | CalmTail
+    tail: SpatialTail | EvenTail
     agreement: Agreement
     alarms: list[str] = field(default_factory=list)
     finish: np.ndarray = field(default_factory=lambda: np.ones(1))
@@ -68,7 +68,7 @@ class Completion:
         paths: Any,
         *,
         spatial: bool = False,
-        measured: Measured | None = None,
+        measured: MeasuredEnergies | None = None,
         guide: np.ndarray | None = None,
     ) -> "Completion":
         """Learn from measured rows and what paths say of them.
@@ -84,19 +84,19 @@ class Completion:
         spatial : bool
             Let the tail differ from place to place as in a diffuse field. The
             default is one even waveform, which is the better guess of each.
-        measured : Measured, optional
+        measured : MeasuredEnergies, optional
             What the same rows say by themselves, where that is known already.
         guide : numpy.ndarray, optional
             Another answer, whose energies are believed in place of the paths'.
         """
-        known = measured or Measured.of(fit_set, paths)
+        known = measured or MeasuredEnergies.of(fit_set, paths)
         loud = early if guide is None else guide
         fit_set, early, loud = known.rows, early[known.kept], loud[known.kept]
         tiles, speed, regions = known.tiles, known.speed_of_sound, known.regions
         ends = fit_set.emitters.positions, fit_set.listeners.positions
-        held = _held(known, loud)
+        held = _tile_energies(known, loud)
         model_misfit = known.misfit
-        doubt = Doubt(walls=getattr(paths, "length_sd", None))
+        doubt = Uncertainty(walls=getattr(paths, "length_sd", None))
         expected = predicted_coherence(tiles.centers, tiles.times, speed, doubt)
         apart = apartness(regions(ends[0]), regions(ends[1]))
         # Filters ring before the direct sound; what is told of that is no merit.
@@ -109,7 +109,7 @@ class Completion:
         tail = _tail(spatial, 0, center, tiles, speed)
         alarms = completion_alarms(fit_set, gate, tiles, model_misfit, regions)
         after = bins_after(fit_set.distances, speed, tiles)
-        waves = held if guide is None else _held(known, early)
+        waves = held if guide is None else _tile_energies(known, early)
         agreement = Agreement.fit(waves, after, apart)
         rough = cls(tiles, known.model, gate, tail, agreement, alarms)
         if (gate.weights == 1).all() and (gate.shares == 1).all():
@@ -145,10 +145,10 @@ class Completion:
         self, rows: FitSet, early: np.ndarray, guide: np.ndarray | None
     ) -> "Completion":
         """Return the completion with the rows' spectral shape on its tail."""
-        if not isinstance(self.tail, CalmTail):
+        if not isinstance(self.tail, EvenTail):
             return self
         told = self.apply(early, rows.emitters, rows.listeners, guide)
-        taps = tint_filter(rows.responses, told, rows.sample_rate)
+        taps = tilt_filter(rows.responses, told, rows.sample_rate)
         return replace(self, tail=replace(self.tail, tint=taps))
 
     def apply(
@@ -216,7 +216,7 @@ class Completion:
         self, first: np.ndarray, second: np.ndarray, target: np.ndarray
     ) -> np.ndarray:
         """Return late sound with the energies of the tiles."""
-        if isinstance(self.tail, CalmTail):
+        if isinstance(self.tail, EvenTail):
             return self.tail.brought(first, second, self.tiles, target)
         sound = self.tail(first, second)
         brought = self.tiles.energies(sound)
@@ -250,7 +250,7 @@ class Completion:
             **prefixed("agreement", self.agreement.as_arrays()),
             "tail_seed": np.array(self.tail.seed),
             "tail_center": self.tail.center,
-            "tail_spatial": np.array(isinstance(self.tail, Tail)),
+            "tail_spatial": np.array(isinstance(self.tail, SpatialTail)),
             "tail_tint": getattr(self.tail, "tint", np.ones(1)),
             "alarms": np.array(self.alarms, dtype=str),
             "finish": self.finish,
@@ -277,7 +277,7 @@ class Completion:
         center, seed = arrays["tail_center"], int(arrays["tail_seed"])
         spatial = bool(arrays["tail_spatial"])
         tail = _tail(spatial, seed, center, tiles, speed)
-        if isinstance(tail, CalmTail):
+        if isinstance(tail, EvenTail):
             tail = replace(tail, tint=arrays["tail_tint"])
         alarms = [str(one) for one in arrays["alarms"]]
         return cls(tiles, model, gate, tail, agreement, alarms, arrays["finish"])
@@ -285,9 +285,9 @@ class Completion:
 
 def _tail(
     spatial: bool, seed: int, center: np.ndarray, tiles: Tiles, speed: float
-) -> Tail | CalmTail:
+) -> SpatialTail | EvenTail:
     shape = seed, center, tiles.sample_rate / speed, tiles.n_samples
-    return Tail(*shape) if spatial else CalmTail(*shape, tiles.sample_rate)
+    return SpatialTail(*shape) if spatial else EvenTail(*shape, tiles.sample_rate)
 
 
 def _padded(rows: list[np.ndarray], length: int) -> np.ndarray:
@@ -298,14 +298,16 @@ def _padded(rows: list[np.ndarray], length: int) -> np.ndarray:
     return out
 
 
-def _held(known: Measured, told: np.ndarray) -> Held:
+def _tile_energies(known: MeasuredEnergies, told: np.ndarray) -> TileEnergies:
     if not told.any():
         nothing = np.zeros_like(known.energies)
-        return Held(known.energies, nothing, nothing, nothing)
-    return Held(known.energies, *known.tiles.compared(known.rows.responses, told))
+        return TileEnergies(known.energies, nothing, nothing, nothing)
+    return TileEnergies(
+        known.energies, *known.tiles.compared(known.rows.responses, told)
+    )
 
 
-def _path_ratio(held: Held) -> np.ndarray:
+def _path_ratio(held: TileEnergies) -> np.ndarray:
     """Return log ratios of measured energies to the paths', NaN if unknown."""
     known = (held.measured > 0) & (held.told > 1e-6 * held.measured)
     ratio = np.full(known.shape, np.nan)

@@ -1,6 +1,6 @@
 """Energy of any pair in every tile: common slopes, corrected near the direct sound.
 
-Late bins follow the common slopes of `inverse.late.late`. Before those hold,
+Late bins follow the common slopes of `inverse.late.late_maps`. Before those hold,
 what is left is regressed, bin by bin after the direct sound, on distance and on
 whether the ends share a region; every regressor is the same from both sides.
 """
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from inverse.late.features import PlaceFeatures
-from inverse.late.late import LateMaps, chi_square_bias, fit_maps
+from inverse.late.late_maps import LateMaps, chi_square_bias, fit_maps
 from inverse.late.slopes import common_rates, region_curves
 from inverse.late.tiles import Tiles
 from inverse.rows.regions import apartness

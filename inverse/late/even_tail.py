@@ -13,7 +13,7 @@ import numpy as np
 from inverse.late.spectral_tilt import colored
 from inverse.late.tiles import Tiles
 
-__all__ = ["CalmTail", "even_noise"]
+__all__ = ["EvenTail", "even_noise"]
 
 WINDOWS_S = (
     (0.076, 0.0152),
@@ -29,18 +29,18 @@ MIRRORED_S = 0.3
 
 
 @dataclass(frozen=True, eq=False)
-class CalmTail:
+class EvenTail:
     """Hold one even waveform that every pair hears after its direct sound.
 
     The same at all places: symmetric and without jumps, but not spatial; use
-    `inverse.late.tail.Tail` where neighbouring listeners must differ.
+    `inverse.late.spatial_tail.Tail` where neighbouring listeners must differ.
 
     Parameters
     ----------
     seed : int
         Of the first noise.
     center : numpy.ndarray
-        Not used; as for `Tail`.
+        Not used; as for `SpatialTail`.
     samples_a_metre : float
         Sample rate over speed of sound.
     n_samples : int

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-__all__ = ["Gate", "Held", "judge"]
+__all__ = ["Gate", "TileEnergies", "judge"]
 
 EXPLAINED = 10 ** (-25 / 10)
 TRUSTED, LOST = 0.7, 0.3
@@ -23,7 +23,7 @@ LEAST_BEYOND = 0.03
 
 
 @dataclass(frozen=True, eq=False)
-class Held:
+class TileEnergies:
     """Hold paths' and measured energies of the same tiles, and their products.
 
     Each of shape (pairs, bands, bins).
@@ -103,7 +103,7 @@ class Gate:
 
 
 def judge(
-    held: Held,
+    held: TileEnergies,
     expected: np.ndarray,
     ratio: np.ndarray,
     model_misfit: np.ndarray,
@@ -114,7 +114,7 @@ def judge(
 
     Parameters
     ----------
-    held : Held
+    held : TileEnergies
         Energies and products.
     expected : numpy.ndarray
         Coherence that positions and temperature allow, shape (bands, bins).
@@ -136,7 +136,7 @@ def judge(
 
 
 def _judged(
-    held: Held,
+    held: TileEnergies,
     rows: np.ndarray,
     expected: np.ndarray,
     ratio: np.ndarray,

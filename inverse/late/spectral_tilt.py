@@ -7,14 +7,14 @@ rows against what is told of them, and put on the even tail by a short filter.
 
 import numpy as np
 
-__all__ = ["colored", "tint_filter"]
+__all__ = ["colored", "tilt_filter"]
 
 SMOOTHED_HZ = 320.0
 TAPS_S = 0.006
 MOST_NEPER = 0.7
 
 
-def tint_filter(
+def tilt_filter(
     measured: np.ndarray, told: np.ndarray, sample_rate: float
 ) -> np.ndarray:
     """Return the filter that gives answers the measured spectral shape.

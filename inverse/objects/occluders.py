@@ -12,7 +12,7 @@ from rir import Poses
 
 if TYPE_CHECKING:
     from inverse.bands.banded_room import BandedRoom
-    from inverse.walls.box import Box
+    from inverse.walls.box import OrientedBox
 
 __all__ = ["Occluders", "voxels_of"]
 
@@ -24,7 +24,7 @@ SOLID = 0.35
 """Share of what most voxels in the way keep that makes a voxel solid."""
 
 
-def voxels_of(box: "Box") -> NDArray[np.int64]:
+def voxels_of(box: "OrientedBox") -> NDArray[np.int64]:
     """Return how many voxels a box holds along each of its axes."""
     size = box.high - box.low
     edge = max(VOXEL_M, float(np.prod(size) / MOST_VOXELS) ** (1 / 3))
@@ -58,7 +58,7 @@ class Occluders:
         least = SOLID * float(np.quantile(mean[mean > 0.1 * mean.max()], 0.9))
         return (mean > least).reshape(self.shape)
 
-    def blocks(self, box: "Box") -> list[tuple[FloatArray, FloatArray]]:
+    def blocks(self, box: "OrientedBox") -> list[tuple[FloatArray, FloatArray]]:
         """Return low and high corner of each block, in the frame of the box.
 
         Corners are relative to the box's origin; voxels that share a face are one

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from inverse.bands.band_fit import BandData
 from inverse.bands.banded_room import BandedRoom
-from inverse.objects.scatter_scan import Leftover, left_between
+from inverse.objects.scatter_scan import ResidualSignals, residual_signals
 from inverse.objects.scatterers import Scatterers
 
 __all__ = ["find_scatterers", "with_scatterers"]
@@ -29,7 +29,7 @@ LOWEST_HZ, RIDGE = 150.0, 1e-3
 
 
 @dataclass(eq=False)
-class Found:
+class PointSearch:
     """Hold points with what each of them, alone and of gain 1, sends to the rows."""
 
     data: BandData
@@ -39,19 +39,19 @@ class Found:
     rest: ComplexArray
     points: list[FloatArray] = field(default_factory=list)
     columns: list[ComplexArray] = field(default_factory=list)
-    _signals: dict[tuple[float, float], Leftover] = field(default_factory=dict)
+    _signals: dict[tuple[float, float], ResidualSignals] = field(default_factory=dict)
 
     @property
     def judging(self) -> NDArray[np.bool_]:
         """Rows that only judge."""
         return np.arange(len(self.left)) % KEPT_OUT == KEPT_OUT - 1
 
-    def signals(self, low_hz: float, high_hz: float) -> Leftover:
+    def signals(self, low_hz: float, high_hz: float) -> ResidualSignals:
         """Return what the fitted rows have left between two frequencies."""
         if (low_hz, high_hz) not in self._signals:
             some = np.flatnonzero(~self.judging)
             heard = _some(self.data, some)
-            self._signals[low_hz, high_hz] = left_between(
+            self._signals[low_hz, high_hz] = residual_signals(
                 heard, self.banded, self.rest[some], low_hz, high_hz
             )
         return self._signals[low_hz, high_hz]
@@ -69,7 +69,7 @@ class Found:
 
 def with_scatterers(data: BandData, banded: BandedRoom) -> BandedRoom:
     """Return the room with the points found in it, if any."""
-    if len(data.targets) < LEAST_ROWS or not banded.room.box.heard.all():
+    if len(data.targets) < LEAST_ROWS or not banded.room.box.found.all():
         return banded
     found = find_scatterers(data, banded)
     return replace(banded, scatterers=found) if len(found) else banded
@@ -87,7 +87,7 @@ def find_scatterers(data: BandData, banded: BandedRoom) -> Scatterers:
     """
     told = banded.envelopes(data.emitters, data.listeners, banded.kernels(data.weight))
     left = data.targets - told
-    found = Found(data, banded, left, _weights(left, banded), left)
+    found = PointSearch(data, banded, left, _weights(left, banded), left)
     spacing, middle = _spacing(banded), 0.0
     grid = _grid(banded, spacing)
     low, high = np.array(SCAN_HZ) * GRID_M / spacing
@@ -107,7 +107,7 @@ def find_scatterers(data: BandData, banded: BandedRoom) -> Scatterers:
     return Scatterers(np.array(found.points).reshape(-1, 3), gains)
 
 
-def _taken(found: Found, peaks: list[FloatArray]) -> None:
+def _taken(found: PointSearch, peaks: list[FloatArray]) -> None:
     """Take in points one after the other until some fail in a row."""
     failed = 0
     for peak in peaks:
@@ -173,7 +173,7 @@ def _some(data: BandData, index: NDArray) -> BandData:
     )
 
 
-def _tried(found: Found, place: FloatArray) -> bool:
+def _tried(found: PointSearch, place: FloatArray) -> bool:
     """Take in a point at a place, unless the rows kept out do not gain."""
     point = _climbed(found, place)
     if any(np.linalg.norm(point - other) < SAME_M for other in found.points):
@@ -192,7 +192,7 @@ def _tried(found: Found, place: FloatArray) -> bool:
     return True
 
 
-def _climbed(found: Found, point: FloatArray) -> FloatArray:
+def _climbed(found: PointSearch, point: FloatArray) -> FloatArray:
     """Return the place nearby where agreement is greatest, coarse to fine."""
     cube = np.stack(np.meshgrid(*[[-1, 0, 1]] * 3, indexing="ij"), -1).reshape(-1, 3)
     coarser = _spacing(found.banded) / GRID_M
@@ -223,7 +223,7 @@ def _column(data: BandData, banded: BandedRoom, point: FloatArray) -> ComplexArr
 
 
 def _solved(
-    found: Found,
+    found: PointSearch,
     columns: list[ComplexArray],
     left: ComplexArray,
     rows: NDArray[np.bool_],

@@ -10,7 +10,7 @@ from inverse.bands.band_fit import BandData
 from inverse.bands.banded_room import BandedRoom
 from rir import Poses
 
-__all__ = ["Leftover", "left_between"]
+__all__ = ["ResidualSignals", "residual_signals"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -20,7 +20,7 @@ CONSTANT, FIRST = np.sqrt(1 / (4 * np.pi)), np.sqrt(3 / (4 * np.pi))
 
 
 @dataclass(frozen=True, eq=False)
-class Leftover:
+class ResidualSignals:
     """Hold what is left of rows between two frequencies.
 
     Parameters
@@ -41,7 +41,7 @@ class Leftover:
     listeners: Poses
     signals: ComplexArray
 
-    def rows(self, count: int) -> "Leftover":
+    def rows(self, count: int) -> "ResidualSignals":
         """Return the first rows only."""
         return replace(
             self,
@@ -74,13 +74,13 @@ class Leftover:
         return np.abs(sums) / np.sqrt(np.maximum(norms, 1e-300))
 
 
-def left_between(
+def residual_signals(
     data: BandData,
     banded: BandedRoom,
     left: ComplexArray,
     low_hz: float,
     high_hz: float,
-) -> Leftover:
+) -> ResidualSignals:
     """Return envelopes that are left as signals between two frequencies."""
     grid = banded.grid
     spectra = grid.joined(left)
@@ -96,7 +96,7 @@ def left_between(
     whole[:, : len(grid.hertz)] = filtered * np.exp(-1j * banded.phase[band])
     signals = np.fft.ifft(whole, axis=1)
     kept = FINER * grid.n_samples
-    return Leftover(
+    return ResidualSignals(
         banded,
         band,
         data.emitters,

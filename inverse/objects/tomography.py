@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from inverse.bands.band_fit import BandData, fit_walls, hear_bands
+from inverse.bands.band_fit import BandData, band_data, fit_walls
 from inverse.bands.banded_room import BandedRoom
 from inverse.objects.occluders import Occluders, voxels_of
 from inverse.rows.fitset import FitSet
 
-__all__ = ["Faintness", "find_occluders", "hear_faintness", "with_occluders"]
+__all__ = ["PathLosses", "find_occluders", "measure_losses", "with_occluders"]
 
 FloatArray = NDArray[np.float64]
 GROUPS_HZ = ((500.0, 900.0), (1000.0, 1800.0), (2000.0, 3600.0), (4000.0, 7200.0))
@@ -32,7 +32,7 @@ KEPT_OUT, WORTH, FEW, LITTLE, SHARES = 4, 0.85, 0.02, 0.0003, 3
 
 
 @dataclass(frozen=True, eq=False)
-class Faintness:
+class PathLosses:
     """Hold how much fainter paths are than images say.
 
     Parameters
@@ -61,7 +61,7 @@ class Faintness:
         return csr_array((self.spans[held], (ray[held], self.cells[held])), shape)
 
 
-def hear_faintness(data: BandData, banded: BandedRoom) -> Faintness:
+def measure_losses(data: BandData, banded: BandedRoom) -> PathLosses:
     """Compare direct sounds and echoes of few walls with what they should be."""
     from inverse.objects.occlusion_kernel import trace_paths
 
@@ -86,7 +86,7 @@ def hear_faintness(data: BandData, banded: BandedRoom) -> Faintness:
     # devices do not stand in what stops sound
     spans[np.isin(cells, np.append(cells[:, 0, 0], last[:, 0]))] = 0.0
     longest = int(crossed.max())
-    return Faintness(
+    return PathLosses(
         nepers[some],
         weights[some],
         np.repeat(np.arange(rows), ways),
@@ -182,11 +182,11 @@ def with_occluders(rows: FitSet, data: BandData, banded: BandedRoom) -> BandedRo
     banded : BandedRoom
         What images tell of them.
     """
-    if not banded.room.box.heard.all() or len(data.targets) < LEAST_ROWS:
+    if not banded.room.box.found.all() or len(data.targets) < LEAST_ROWS:
         return banded
     if find_occluders(data, banded, HINT) is None:
         return banded
-    some = hear_bands(rows.spread(HEARD_ROWS), banded.grid, banded.source)
+    some = band_data(rows.spread(HEARD_ROWS), banded.grid, banded.source)
     found = find_occluders(some, banded, WORTH)
     if found is None:
         return banded
@@ -215,7 +215,7 @@ def find_occluders(
     worth : float
         Share of the squared nepers of rows kept out that may be left at most.
     """
-    faint = hear_faintness(data, banded)
+    faint = measure_losses(data, banded)
     shape = voxels_of(banded.room.box)
     matrix = faint.matrix(int(np.prod(shape)))
     judge = faint.rows % KEPT_OUT == KEPT_OUT - 1

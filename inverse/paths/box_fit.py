@@ -80,7 +80,7 @@ def fit_room(rows: FitSet, room: BoxRoom, step: Step, filtered: FloatArray) -> F
 
 
 def _active(room: BoxRoom, step: Step) -> NDArray[np.bool_]:
-    heard = room.box.heard
+    heard = room.box.found
     active = np.zeros(WALL + len(room.emitting), dtype=bool)
     if step.geometry:
         active[:3] = heard.sum() >= 2

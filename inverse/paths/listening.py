@@ -10,7 +10,7 @@ from inverse.paths.resumed import resumed
 from inverse.paths.room import OMNI
 from inverse.paths.shoebox import FittedRoom, without_slow
 from inverse.rows.fitset import FitSet
-from inverse.walls.opened import left_over
+from inverse.walls.inner_walls import left_over
 from rir import GainPattern, Poses
 
 __all__ = ["Listening", "hear_listener", "pattern_of"]

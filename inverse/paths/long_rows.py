@@ -11,7 +11,7 @@ import numpy as np
 from inverse.paths.polyhedral import FittedMesh
 from inverse.paths.shoebox import FittedRoom, with_right_order
 from inverse.rows.fitset import FitSet
-from inverse.walls.opened import left_over
+from inverse.walls.inner_walls import left_over
 
 __all__ = ["followed"]
 

@@ -17,7 +17,7 @@ from inverse.paths.room import OMNI, BoxRoom
 from inverse.paths.shoebox import FittedRoom
 from inverse.rows.direct import DirectSound
 from inverse.rows.fitset import FitSet
-from inverse.walls.box import FAR_M, Box
+from inverse.walls.box import FAR_M, OrientedBox
 from rir import GainPattern, Poses
 from rir.harmonics import evaluate_harmonics
 
@@ -144,7 +144,7 @@ def _start(
     middle = rows.listeners.positions.mean(axis=0)
     heard = OMNI if listening is None else listening.coefficients.mean(axis=0)
     return BoxRoom(
-        Box(np.eye(3), middle, -far, far, np.zeros(6)),
+        OrientedBox(np.eye(3), middle, -far, far, np.zeros(6)),
         rows.speed_of_sound,
         direct.latency_s,
         np.full(6, 1e-3),

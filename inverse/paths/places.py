@@ -16,7 +16,7 @@ from inverse.paths.polyhedral import FittedMesh
 from inverse.paths.resumed import resumed
 from inverse.paths.shoebox import FittedRoom, without_slow
 from inverse.rows.fitset import FitSet
-from inverse.walls.opened import left_over
+from inverse.walls.inner_walls import left_over
 from rir import Poses
 
 __all__ = ["Corrected", "correct_places", "placed"]

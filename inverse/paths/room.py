@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inverse.paths.bank import PulseBank
-from inverse.walls.box import Box
+from inverse.walls.box import OrientedBox
 from rir import Poses
 
 __all__ = ["BoxRoom", "turns_of"]
@@ -26,7 +26,7 @@ class BoxRoom:
 
     Parameters
     ----------
-    box : Box
+    box : OrientedBox
         The walls.
     speed_of_sound, latency_s : float
         Metres per second; seconds before every arrival.
@@ -44,7 +44,7 @@ class BoxRoom:
         Longest path.
     """
 
-    box: Box
+    box: OrientedBox
     speed_of_sound: float
     latency_s: float
     walls: FloatArray

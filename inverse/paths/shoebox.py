@@ -16,7 +16,7 @@ from inverse.paths.polish import polished, without_coloring
 from inverse.paths.room import OMNI, BoxRoom
 from inverse.rows.direct import DirectSound
 from inverse.rows.fitset import FitSet
-from inverse.walls.box import Box
+from inverse.walls.box import OrientedBox
 from rir import GainPattern, Poses
 
 __all__ = ["FittedRoom", "fit_shoebox", "with_right_order", "without_slow"]
@@ -74,7 +74,7 @@ class FittedRoom:
     @property
     def n_walls(self) -> int:
         """Number of walls that were heard."""
-        return int(self.room.box.heard.sum())
+        return int(self.room.box.found.sum())
 
     def spreads(self) -> FloatArray:
         """Return the standard deviation of each parameter; NaN where it was held.
@@ -115,7 +115,7 @@ class FittedRoom:
         A wall's error counts once a bounce; bounces grow with the length over
         the mean free path and their errors add as squares along each axis.
         """
-        heard = self.room.box.heard
+        heard = self.room.box.found
         spread = float(np.mean(self.wall_sd()[heard])) if heard.any() else 0.0
         size = np.minimum(self.room.box.high - self.room.box.low, 60.0)
         free = 2 / np.sum(1 / size)
@@ -126,7 +126,7 @@ class FittedRoom:
 def fit_shoebox(
     rows: FitSet,
     direct: DirectSound,
-    box: Box,
+    box: OrientedBox,
     reach_m: float = 1e3,
     listening: GainPattern | None = None,
     known: BoxRoom | None = None,
@@ -177,7 +177,7 @@ def _going_on(room: BoxRoom, known: BoxRoom) -> BoxRoom:
     )
 
 
-def _start(rows: FitSet, direct: DirectSound, box: Box) -> BoxRoom:
+def _start(rows: FitSet, direct: DirectSound, box: OrientedBox) -> BoxRoom:
     peak = direct.pulse[int(np.argmax(np.abs(direct.pulse)))]
     emitting = np.zeros(_pattern_size(rows))
     emitting[0] = np.sqrt(4 * np.pi) * (peak or 1.0)
@@ -185,7 +185,7 @@ def _start(rows: FitSet, direct: DirectSound, box: Box) -> BoxRoom:
         box,
         rows.speed_of_sound,
         direct.latency_s,
-        np.where(box.heard, FIRST_FACTOR, 1e-3),
+        np.where(box.found, FIRST_FACTOR, 1e-3),
         emitting,
         OMNI.copy(),
         ideal_bank(36),

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from inverse.objects.furnishing import Furnishing
+from inverse.objects.found_objects import FoundObjects
 from inverse.paths.polyhedral import FittedMesh
 from inverse.paths.polyhedron import Polyhedron
 from inverse.paths.shoebox import FittedRoom
-from inverse.walls.box import Box
+from inverse.walls.box import OrientedBox
 from inverse.walls.cells import cut_cells, label_cells, shape_of
 from rir.errors import SignalError
 
@@ -89,7 +89,7 @@ class GroundPlan:
         What a person should know, walls that were not heard among it.
     mark : str
         SIMULATED or MEASURED.
-    furnishing : Furnishing
+    furnishing : FoundObjects
         What stands in the room.
     """
 
@@ -101,7 +101,7 @@ class GroundPlan:
     unexplained: float
     mark: str
     alarms: list[str] = field(default_factory=list)
-    furnishing: Furnishing = field(default_factory=Furnishing)
+    furnishing: FoundObjects = field(default_factory=FoundObjects)
 
     def save(self, path: Path) -> None:
         """Write the plan as JSON."""
@@ -156,7 +156,7 @@ def plan_of(
         np.unique(listeners[:, :2].round(3), axis=0),
         np.array(pieces).reshape(-1, 2, 2),
         height,
-        furnishing=Furnishing.of(getattr(fitted, "banded", None)),
+        furnishing=FoundObjects.of(getattr(fitted, "banded", None)),
         **told,
     )
 
@@ -198,14 +198,14 @@ def _shape_of(
     box = fitted.room.box
     return (
         box_shape(box),
-        fitted.wall_sd()[box.heard],
-        fitted.room.walls[box.heard],
+        fitted.wall_sd()[box.found],
+        fitted.room.walls[box.found],
     )
 
 
-def box_shape(box: Box) -> Polyhedron:
+def box_shape(box: OrientedBox) -> Polyhedron:
     """Return the faces of a box's heard walls, in their order."""
-    planes = box.planes[box.heard]
+    planes = box.planes[box.found]
     low, high = box.origin - BOUNDS_M, box.origin + BOUNDS_M
     cells = cut_cells(planes, low, high)
     air = np.array([all(side > 0 for side in cell.sides) for cell in cells])

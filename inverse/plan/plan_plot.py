@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from inverse.objects.furnishing import Furnishing
+from inverse.objects.found_objects import FoundObjects
 from inverse.plan.ground_plan import GroundPlan, PlanWall
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def _draw_wall(axes: "Axes", wall: PlanWall) -> None:
     )
 
 
-def _draw_furnishing(axes: "Axes", found: Furnishing) -> None:
+def _draw_furnishing(axes: "Axes", found: FoundObjects) -> None:
     """Draw blocks as shades and small objects as rings as wide as they are loud."""
     for square in found.squares:
         axes.fill(*square.T, color="tab:orange", alpha=0.5, lw=0, zorder=1)

@@ -10,7 +10,7 @@ from inverse.paths.box_fit import Step, fit_room, slow_columns
 from inverse.paths.room import OMNI, BoxRoom
 from inverse.rows.direct import DirectSound
 from inverse.rows.fitset import FitSet
-from inverse.walls.box import Box
+from inverse.walls.box import OrientedBox
 
 __all__ = ["LowSound", "Trial"]
 
@@ -35,7 +35,7 @@ class Trial:
     left: float
 
     @property
-    def box(self) -> Box:
+    def box(self) -> OrientedBox:
         """The walls."""
         return self.room.box
 
@@ -83,7 +83,7 @@ class LowSound:
             max(energy, 1e-300),
         )
 
-    def room(self, box: Box) -> BoxRoom:
+    def room(self, box: OrientedBox) -> BoxRoom:
         """Return a room to start from: equal walls, the same level all round."""
         emitting = np.zeros(PATTERN)
         emitting[0] = np.sqrt(4 * np.pi) * self.level
@@ -91,7 +91,7 @@ class LowSound:
             box,
             self.rows.speed_of_sound,
             self.latency_s,
-            np.where(box.heard, FIRST_FACTOR, 1e-3),
+            np.where(box.found, FIRST_FACTOR, 1e-3),
             emitting,
             OMNI.copy(),
             self.pulse,

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from inverse.walls.scan import FoundPlane, ScanSignals, judge_planes
 
-__all__ = ["Box", "assemble_boxes", "walled"]
+__all__ = ["OrientedBox", "assemble_boxes", "walled"]
 
 FloatArray = NDArray[np.float64]
 FAR_M = 500.0
@@ -24,7 +24,7 @@ SAME_WALL_M = 0.15
 
 
 @dataclass(frozen=True, eq=False)
-class Box:
+class OrientedBox:
     """Hold the walls of a box.
 
     Parameters
@@ -57,7 +57,7 @@ class Box:
         return np.array(rows)
 
     @property
-    def heard(self) -> NDArray[np.bool_]:
+    def found(self) -> NDArray[np.bool_]:
         """Whether each of the six walls was found."""
         walls = np.stack([-self.low, self.high], axis=1).ravel()
         return walls < 0.5 * FAR_M
@@ -66,7 +66,7 @@ class Box:
         """Return positions in the frame of the box, relative to its origin."""
         return (positions - self.origin) @ self.axes.T
 
-    def turned(self, turn: FloatArray) -> "Box":
+    def turned(self, turn: FloatArray) -> "OrientedBox":
         """Return the box turned by a small rotation vector in its own frame."""
         from scipy.spatial.transform import Rotation
 
@@ -75,7 +75,9 @@ class Box:
         return replace(self, axes=axes)
 
 
-def assemble_boxes(signals: list[ScanSignals], found: list[FoundPlane]) -> list[Box]:
+def assemble_boxes(
+    signals: list[ScanSignals], found: list[FoundPlane]
+) -> list[OrientedBox]:
     """Return boxes that found planes may belong to, the likeliest first.
 
     Images of higher order pass as planes where there is one emitter only, so
@@ -85,12 +87,12 @@ def assemble_boxes(signals: list[ScanSignals], found: list[FoundPlane]) -> list[
     boxes = []
     for axes in _likely_axes(sure):
         boxes.append(walled(signals, axes))
-        if len(boxes) == 1 and boxes[0].heard.all() and signals[0].n_groups > 1:
+        if len(boxes) == 1 and boxes[0].found.all() and signals[0].n_groups > 1:
             break
     return boxes
 
 
-def walled(signals: list[ScanSignals], axes: FloatArray) -> Box:
+def walled(signals: list[ScanSignals], axes: FloatArray) -> OrientedBox:
     """Return the box whose walls are found along given axes, shape (3, 3)."""
     one = signals[-1]
     ends = np.concatenate([one.emitters, one.listeners])
@@ -106,7 +108,7 @@ def walled(signals: list[ScanSignals], axes: FloatArray) -> Box:
             low[axis], z[2 * axis] = lower.offset - middle, lower.pooled
         if upper is not None:
             high[axis], z[2 * axis + 1] = -upper.offset - middle, upper.pooled
-    return Box(axes, origin, low, high, z)
+    return OrientedBox(axes, origin, low, high, z)
 
 
 def _likely_axes(planes: list[FoundPlane]) -> list[FloatArray]:

@@ -14,10 +14,10 @@ from inverse.paths.room import BoxRoom
 from inverse.rows.direct import DirectSound
 from inverse.rows.fitset import FitSet
 from inverse.rows.low_sound import LowSound, Trial
-from inverse.walls.box import FAR_M, Box, walled
+from inverse.walls.box import FAR_M, OrientedBox, walled
 from inverse.walls.scan import ScanSignals
 
-__all__ = ["Supposed", "suppose_box"]
+__all__ = ["SearchedBox", "search_box"]
 
 FloatArray = NDArray[np.float64]
 TURNS, MOVING_TURNS = 2, 6
@@ -34,18 +34,18 @@ STILL = 0.3
 """Part of what walls should explain that a poor box leaves."""
 FIRST_FACTOR = 0.75
 IDLE, UNSURE = 1.01, 1.15
-"""A wall that is left out, and one that is doubted; see `Supposed.doubts`."""
+"""A wall that is left out, and one that is doubted; see `SearchedBox.doubts`."""
 SILENT = 0.02
 """Reflection factor of no wall."""
 
 
 @dataclass(frozen=True, eq=False)
-class Supposed:
+class SearchedBox:
     """Hold the likeliest box and what else each wall could be.
 
     Parameters
     ----------
-    box : Box
+    box : OrientedBox
         The walls.
     room : BoxRoom
         Its walls, their factors and the emitter's pattern, as the low sound tells.
@@ -56,7 +56,7 @@ class Supposed:
         now; infinite where that was not asked.
     """
 
-    box: Box
+    box: OrientedBox
     room: BoxRoom
     left: float
     doubts: FloatArray
@@ -66,15 +66,15 @@ class Supposed:
         """Walls that could nearly as well stand elsewhere or nowhere."""
         if self.left < POOR:
             return []
-        return np.flatnonzero(self.box.heard & (self.doubts < UNSURE)).tolist()
+        return np.flatnonzero(self.box.found & (self.doubts < UNSURE)).tolist()
 
 
-def suppose_box(
+def search_box(
     rows: FitSet,
     direct: DirectSound,
-    boxes: list[Box],
+    boxes: list[OrientedBox],
     signals: list[ScanSignals] | None = None,
-) -> Supposed:
+) -> SearchedBox:
     """Return the box whose images explain the low sound best.
 
     Parameters
@@ -83,7 +83,7 @@ def suppose_box(
         Measured rows.
     direct : DirectSound
         Their direct sounds.
-    boxes : list of Box
+    boxes : list of OrientedBox
         Frames that may be the room's, with the walls heard along each.
     signals : list of ScanSignals, optional
         To look for walls along other upright frames with, where there are few
@@ -98,16 +98,16 @@ def suppose_box(
         if other.left < BETTER * best.left:
             best, doubts = other, others
     best = _without_idle(low, best, doubts)
-    return Supposed(best.box, low.told(best.room), best.left, doubts)
+    return SearchedBox(best.box, low.told(best.room), best.left, doubts)
 
 
-def _without_walls(box: Box) -> Box:
+def _without_walls(box: OrientedBox) -> OrientedBox:
     return replace(box, low=np.full(3, -FAR_M), high=np.full(3, FAR_M), z=np.zeros(6))
 
 
 def _without_idle(low: LowSound, best: Trial, doubts: FloatArray) -> Trial:
     """Return the room without walls that explain nothing: none is invented."""
-    idle = best.box.heard & ((doubts < IDLE) | (np.abs(best.room.walls) < SILENT))
+    idle = best.box.found & ((doubts < IDLE) | (np.abs(best.room.walls) < SILENT))
     for wall in np.flatnonzero(idle):
         # two that stand in for each other must not both go
         fewer = low.tried(_with_wall(best.room, int(wall), None), TURNS)
@@ -124,7 +124,7 @@ def _upright() -> FloatArray:
     return Rotation.from_euler("z", turns[:, None], degrees=True).as_matrix()
 
 
-def _settled(low: LowSound, boxes: list[Box]) -> tuple[Trial, FloatArray]:
+def _settled(low: LowSound, boxes: list[OrientedBox]) -> tuple[Trial, FloatArray]:
     """Return the best of the boxes, each wall at its best, and the walls' doubts."""
     trials = [low.tried(low.room(box), TURNS) for box in boxes]
     best = min(trials, key=lambda trial: trial.left)
@@ -172,7 +172,7 @@ def _likely_places(low: LowSound, room: BoxRoom, wall: int) -> list[float]:
     return [float(p) for p in places[dips] if abs(p - now) > APART_M][:BEST]
 
 
-def _place(box: Box, wall: int) -> float:
+def _place(box: OrientedBox, wall: int) -> float:
     return float((box.high if wall % 2 else box.low)[wall // 2])
 
 

@@ -15,7 +15,7 @@ from inverse.paths.polyhedron import Polyhedron
 from inverse.paths.shoebox import FittedRoom
 from inverse.rows.direct import DirectSound
 from inverse.rows.fitset import FitSet
-from inverse.walls.opened import left_over
+from inverse.walls.inner_walls import left_over
 from inverse.walls.scan import FoundPlane
 from rir import GainPattern
 

@@ -14,15 +14,15 @@ from inverse.rows.fitset import FitSet
 from inverse.rows.onsets import read_onsets
 from inverse.rows.regions import Regions
 from inverse.rows.sight import Sight, read_sight
-from inverse.walls.box import Box
-from inverse.walls.opened import BETTER, EXPLAINING, JUDGED_ROWS, left_over
+from inverse.walls.box import OrientedBox
+from inverse.walls.doorway import PairsAcross, find_doorway
+from inverse.walls.inner_walls import BETTER, EXPLAINING, JUDGED_ROWS, left_over
 from inverse.walls.opening import Opening
 from inverse.walls.room_boxes import hear_boxes
 from inverse.walls.slabs import joined_shape
-from inverse.walls.through import Across, through
 from rir import GainPattern
 
-__all__ = ["Joined", "find_joined", "join_rooms"]
+__all__ = ["JoinedRooms", "find_joined", "join_rooms"]
 
 FloatArray = NDArray[np.float64]
 WORTH_JOINING = 0.05
@@ -31,14 +31,14 @@ EDGES = ("one side", "the other side", "lower edge", "upper edge")
 
 
 @dataclass(frozen=True, eq=False)
-class Joined:
+class JoinedRooms:
     """Hold rooms put together, and what to tell of them.
 
     Parameters
     ----------
     shape : Polyhedron or None
         The rooms with the holes between them; None where they could not be told.
-    boxes : list of Box
+    boxes : list of OrientedBox
         The rooms.
     openings : list of Opening
         Holes between them.
@@ -47,7 +47,7 @@ class Joined:
     """
 
     shape: Polyhedron | None
-    boxes: list[Box] = field(default_factory=list)
+    boxes: list[OrientedBox] = field(default_factory=list)
     openings: list[Opening] = field(default_factory=list)
     alarms: list[str] = field(default_factory=list)
 
@@ -110,7 +110,7 @@ def join_rooms(
 
 def find_joined(
     rows: FitSet, direct: DirectSound, sight: Sight, regions: Regions
-) -> Joined:
+) -> JoinedRooms:
     """Put rooms together from who hears whom.
 
     Parameters
@@ -140,19 +140,19 @@ def find_joined(
             continue
         rooms = numbers == np.array([[first], [second]])
         turned = numbers == np.array([[second], [first]])
-        pairs = Across.of(ends, rooms.all(axis=0), turned.all(axis=0), arrivals)
-        found = through(one, other, pairs)
+        pairs = PairsAcross.of(ends, rooms.all(axis=0), turned.all(axis=0), arrivals)
+        found = find_doorway(one, other, pairs)
         if found is not None:
             boxes[first], boxes[second], opening, told = found
             openings.append(opening)
             alarms += _words(opening, told)
-    heard = [box for box in boxes if box is not None and box.heard.all()]
+    heard = [box for box in boxes if box is not None and box.found.all()]
     if len(heard) < len(boxes):
         alarms = [_unseen(ends[1][numbers[1] == k]) for k in _poor(boxes)]
-        return Joined(None, heard, openings, alarms)
+        return JoinedRooms(None, heard, openings, alarms)
     if len(openings) < len(boxes) - 1:
-        return Joined(None, heard, openings, [SHUT])
-    return Joined(joined_shape(heard, openings), heard, openings, alarms)
+        return JoinedRooms(None, heard, openings, [SHUT])
+    return JoinedRooms(joined_shape(heard, openings), heard, openings, alarms)
 
 
 SHUT = (
@@ -168,8 +168,8 @@ def _arrivals(rows: FitSet, direct: DirectSound, sight: Sight) -> FloatArray:
     return np.where(np.isnan(sight.bits), np.nan, onsets)
 
 
-def _poor(boxes: list[Box | None]) -> list[int]:
-    return [k for k, box in enumerate(boxes) if box is None or not box.heard.all()]
+def _poor(boxes: list[OrientedBox | None]) -> list[int]:
+    return [k for k, box in enumerate(boxes) if box is None or not box.found.all()]
 
 
 def _unseen(places: FloatArray) -> str:

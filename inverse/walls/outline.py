@@ -11,11 +11,11 @@ from inverse.paths.shoebox import FittedRoom
 from inverse.rows.direct import DirectSound
 from inverse.rows.fitset import FitSet
 from inverse.rows.regions import direct_levels, sight_bits
-from inverse.walls.box import Box, walled
+from inverse.walls.box import OrientedBox, walled
 from inverse.walls.cells import Cell, cut_cells, enclosed, label_cells, shape_of
-from inverse.walls.reentrant import Evidence, blanked, find_outer, find_reentrant
+from inverse.walls.reentrant import PlaneEvidence, blanked, find_outer, find_reentrant
 from inverse.walls.scan import BANDS_HZ, FoundPlane, ScanSignals, scan_signals
-from inverse.walls.single_emitter_walls import find_lone, nearer_walls
+from inverse.walls.single_emitter_walls import find_single_emitter_walls, nearer_walls
 
 __all__ = ["Clues", "Outline", "find_clues", "find_outline", "other_outlines"]
 
@@ -57,18 +57,18 @@ class Clues:
 
     Parameters
     ----------
-    plain, evidence : Evidence
+    plain, evidence : PlaneEvidence
         Rows as they are, and without what the outer box explains.
     found : list of FoundPlane
         Walls within the outer box that several emitters speak for.
     """
 
-    plain: Evidence
-    evidence: Evidence
+    plain: PlaneEvidence
+    evidence: PlaneEvidence
     found: list[FoundPlane]
 
     @property
-    def box(self) -> Box:
+    def box(self) -> OrientedBox:
         """Outer walls that several emitters speak for."""
         return self.evidence.box
 
@@ -96,10 +96,10 @@ def find_clues(rows: FitSet, direct: DirectSound, fitted: FittedRoom) -> Clues:
     # walls that few rows see need all of them
     box = find_outer(signals, walled([both[0], *both], fitted.room.box.axes))
     seen = _seen(rows, fitted)
-    evidence = Evidence(blanked(signals, box), box, seen)
+    evidence = PlaneEvidence(blanked(signals, box), box, seen)
     normals = np.concatenate([box.axes, -box.axes])
     found = find_reentrant(evidence, normals)
-    return Clues(Evidence(signals, box, seen), evidence, found)
+    return Clues(PlaneEvidence(signals, box, seen), evidence, found)
 
 
 def find_outline(clues: Clues) -> Outline | None:
@@ -110,7 +110,7 @@ def find_outline(clues: Clues) -> Outline | None:
 def other_outlines(clues: Clues) -> Iterator[Outline]:
     """Yield closed rooms with a wall more that one emitter speaks for."""
     near = nearer_walls(clues.plain, clues.box)
-    lone = find_lone(clues.evidence, clues.normals, clues.found)
+    lone = find_single_emitter_walls(clues.evidence, clues.normals, clues.found)
     boxes = [clues.box] if _same(near, clues.box) else [near, clues.box]
     sets = [[*clues.found, one] for one in lone]
     if len(boxes) > 1:
@@ -122,11 +122,11 @@ def other_outlines(clues: Clues) -> Iterator[Outline]:
                 yield outline
 
 
-def _same(one: Box, other: Box) -> bool:
+def _same(one: OrientedBox, other: OrientedBox) -> bool:
     return np.array_equal(one.low, other.low) and np.array_equal(one.high, other.high)
 
 
-def _outlined(clues: Clues, box: Box, found: list[FoundPlane]) -> Outline:
+def _outlined(clues: Clues, box: OrientedBox, found: list[FoundPlane]) -> Outline:
     signals, evidence = clues.plain.signals, replace(clues.evidence, box=box)
     planes, inner = _planes(box, found)
     ends = np.concatenate([signals.emitters, signals.listeners])
@@ -150,9 +150,9 @@ def _seen(rows: FitSet, fitted: FittedRoom) -> BoolArray:
     return bits == 1
 
 
-def _planes(box: Box, found: list[FoundPlane]) -> tuple[FloatArray, BoolArray]:
+def _planes(box: OrientedBox, found: list[FoundPlane]) -> tuple[FloatArray, BoolArray]:
     """Return all planes, shape (P, 4), and which of them lie inside the box."""
-    outer = box.planes[box.heard]
+    outer = box.planes[box.found]
     inner = np.array([plane.row for plane in found]).reshape(-1, 4)
     return np.concatenate([outer, inner]), np.arange(len(outer) + len(inner)) >= len(
         outer
@@ -160,7 +160,7 @@ def _planes(box: Box, found: list[FoundPlane]) -> tuple[FloatArray, BoolArray]:
 
 
 def _carved(
-    cells: list[Cell], planes: FloatArray, evidence: Evidence, ends: FloatArray
+    cells: list[Cell], planes: FloatArray, evidence: PlaneEvidence, ends: FloatArray
 ) -> BoolArray:
     """Tell which cells hold air: those with poses or crossed by direct sounds."""
     air = np.zeros(len(cells), dtype=bool)
@@ -184,11 +184,11 @@ def _supports(
     planes: FloatArray,
     inner: BoolArray,
     signals: ScanSignals,
-    evidence: Evidence,
+    evidence: PlaneEvidence,
 ) -> FloatArray:
     """Return how much of a wall was heard on the faces of cells, (cells, P)."""
     support = np.zeros((len(cells), len(planes)))
-    plain = Evidence(signals, evidence.box, evidence.seen)
+    plain = PlaneEvidence(signals, evidence.box, evidence.seen)
     for number, plane in enumerate(planes):
         heard = evidence if inner[number] else plain
         points, length, usable = heard.hits(plane)

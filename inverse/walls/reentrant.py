@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from inverse.walls.box import FAR_M, Box
+from inverse.walls.box import FAR_M, OrientedBox
 from inverse.walls.scan import FoundPlane, ScanSignals, judge_planes
 
-__all__ = ["Evidence", "blanked", "find_outer", "find_reentrant"]
+__all__ = ["PlaneEvidence", "blanked", "find_outer", "find_reentrant"]
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -36,21 +36,21 @@ SHIFTS_S = np.concatenate(
 
 
 @dataclass(frozen=True, eq=False)
-class Evidence:
+class PlaneEvidence:
     """Hold what rows say of planes.
 
     Parameters
     ----------
     signals : ScanSignals
         Rows with what a box explains blanked.
-    box : Box
+    box : OrientedBox
         The outer walls.
     seen : ndarray of bool, shape (rows,)
         Rows whose direct sound surely arrived.
     """
 
     signals: ScanSignals
-    box: Box
+    box: OrientedBox
     seen: BoolArray
 
     def hits(self, plane: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
@@ -129,7 +129,7 @@ def _found(
     )
 
 
-def blanked(signals: ScanSignals, box: Box) -> ScanSignals:
+def blanked(signals: ScanSignals, box: OrientedBox) -> ScanSignals:
     """Return signals without what the box's images of order 0 to 2 bring."""
     out = signals.signals.copy()
     scale = signals.samples_a_metre
@@ -161,12 +161,12 @@ def _low_images() -> list[tuple[int, NDArray[np.int64], NDArray[np.int64]]]:
     return found
 
 
-def find_reentrant(evidence: Evidence, normals: FloatArray) -> list[FoundPlane]:
+def find_reentrant(evidence: PlaneEvidence, normals: FloatArray) -> list[FoundPlane]:
     """Return the planes within the box that several emitters speak for.
 
     Parameters
     ----------
-    evidence : Evidence
+    evidence : PlaneEvidence
         What the rows say.
     normals : ndarray, shape (N, 3)
         Directions walls may face, into the air.
@@ -188,20 +188,20 @@ def find_reentrant(evidence: Evidence, normals: FloatArray) -> list[FoundPlane]:
     return found
 
 
-def find_outer(signals: ScanSignals, box: Box) -> Box:
+def find_outer(signals: ScanSignals, box: OrientedBox) -> OrientedBox:
     """Return the box with every wall that several emitters do not speak for redone.
 
     Such a wall is looked for again with all rows, and is unheard where none is
     sure: an echo of several walls that few rows share must not become one.
     """
     wide = replace(box, low=np.full(3, -FAR_M), high=np.full(3, FAR_M))
-    evidence = Evidence(signals, wide, np.zeros(len(signals.signals), dtype=bool))
+    evidence = PlaneEvidence(signals, wide, np.zeros(len(signals.signals), dtype=bool))
     ends = np.concatenate([signals.emitters, signals.listeners])
     low, high, z = box.low.copy(), box.high.copy(), box.z.copy()
     nothing = np.empty((0, 3))
     for wall, plane in enumerate(box.planes):
         axis, upper = divmod(wall, 2)
-        found = evidence.judged(plane, nothing) if box.heard[wall] else None
+        found = evidence.judged(plane, nothing) if box.found[wall] else None
         if not _outer(found):
             first = float((ends @ plane[:3]).min()) - 0.02
             tried = [
@@ -234,7 +234,7 @@ def _sure(plane: FoundPlane) -> bool:
     return most or (plane.pooled > SURE_POOLED and plane.speaking >= LEAST_GROUPS)
 
 
-def _likely(evidence: Evidence, normal: FloatArray) -> list[FloatArray]:
+def _likely(evidence: PlaneEvidence, normal: FloatArray) -> list[FloatArray]:
     """Return planes along a normal worth a closer look."""
     signals = evidence.signals
     heights = np.concatenate([signals.emitters, signals.listeners]) @ normal
@@ -254,7 +254,7 @@ def _likely(evidence: Evidence, normal: FloatArray) -> list[FloatArray]:
     return likely
 
 
-def _sharpened(evidence: Evidence, plane: FloatArray) -> FoundPlane | None:
+def _sharpened(evidence: PlaneEvidence, plane: FloatArray) -> FoundPlane | None:
     """Judge planes close by, openings left out, and return the best."""
     opening = evidence.crossings(plane)
     best: FoundPlane | None = None

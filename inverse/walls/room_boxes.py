@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from inverse.rows.direct import DirectSound
 from inverse.rows.fitset import FitSet
-from inverse.walls.box import FAR_M, Box, assemble_boxes, walled
+from inverse.walls.box import FAR_M, OrientedBox, assemble_boxes, walled
 from inverse.walls.scan import ScanSignals, judge_planes, scan_planes, scan_signals
 
 __all__ = ["hear_boxes"]
@@ -27,7 +27,7 @@ BEYOND_M, HELD = 0.05, 0.02
 SURE_Z = 6.0
 
 
-def hear_boxes(rooms: list[FitSet], direct: DirectSound) -> list[Box | None]:
+def hear_boxes(rooms: list[FitSet], direct: DirectSound) -> list[OrientedBox | None]:
     """Return the box round the pairs of each room; None where too little is heard.
 
     The clearest room is turned to where its walls are clearest; its attitude is
@@ -45,15 +45,15 @@ def hear_boxes(rooms: list[FitSet], direct: DirectSound) -> list[Box | None]:
     for k, rows in enumerate(rooms):
         if len(rows) >= LEAST_ROWS:
             scans[k] = _scanned(rows, direct)
-    boxes: list[Box | None] = [None] * len(rooms)
-    known: list[Box] = []
+    boxes: list[OrientedBox | None] = [None] * len(rooms)
+    known: list[OrientedBox] = []
     clear = {k: max(map(_clearness, own), default=0.0) for k, (_, own) in scans.items()}
     for k in sorted(scans, key=lambda k: -clear[k]):
         signals, own = scans[k]
         if known:
             box = _framed(signals, own, known[0])
         elif own:
-            box = own[0] if own[0].heard.all() else _supposed(rooms[k], direct, own)
+            box = own[0] if own[0].found.all() else _supposed(rooms[k], direct, own)
             box = _turned(signals, box)
         else:
             return boxes
@@ -68,7 +68,7 @@ def hear_boxes(rooms: list[FitSet], direct: DirectSound) -> list[Box | None]:
     return boxes
 
 
-def _sure(box: Box) -> Box:
+def _sure(box: OrientedBox) -> OrientedBox:
     """Return the box without walls that too little speaks for."""
     faint = box.z.reshape(3, 2) < SURE_Z
     return replace(
@@ -79,14 +79,16 @@ def _sure(box: Box) -> Box:
     )
 
 
-def _framed(signals: list[ScanSignals], own: list[Box], first: Box) -> Box:
+def _framed(
+    signals: list[ScanSignals], own: list[OrientedBox], first: OrientedBox
+) -> OrientedBox:
     """Return the box in the frame of another room unless its own is clearer."""
     shared = walled(signals, first.axes)
     best = max(own, key=_clearness, default=shared)
     return best if OWN_FRAME * _clearness(best) > _clearness(shared) else shared
 
 
-def _turned(signals: list[ScanSignals], box: Box) -> Box:
+def _turned(signals: list[ScanSignals], box: OrientedBox) -> OrientedBox:
     """Return the box turned by parts of a degree to where its walls are clearest."""
     plain = _plainness(signals[-1], box)
     for step in np.radians(TURNS_DEG):
@@ -96,35 +98,39 @@ def _turned(signals: list[ScanSignals], box: Box) -> Box:
                     turned = box.turned(sign * step * np.eye(3)[axis])
                     tried = walled(signals, turned.axes)
                     now = _plainness(signals[-1], tried)
-                    if now <= plain or not (tried.heard | ~box.heard).all():
+                    if now <= plain or not (tried.found | ~box.found).all():
                         break
                     box, plain = tried, now
     return box
 
 
-def _plainness(signals: ScanSignals, box: Box) -> float:
-    found = judge_planes(signals, box.planes[box.heard])
+def _plainness(signals: ScanSignals, box: OrientedBox) -> float:
+    found = judge_planes(signals, box.planes[box.found])
     return float(sum(plane.strength for plane in found))
 
 
-def _supposed(rows: FitSet, direct: DirectSound, boxes: list[Box]) -> Box:
-    from inverse.walls.box_search import suppose_box
+def _supposed(
+    rows: FitSet, direct: DirectSound, boxes: list[OrientedBox]
+) -> OrientedBox:
+    from inverse.walls.box_search import search_box
 
-    return suppose_box(rows, direct, boxes).box
+    return search_box(rows, direct, boxes).box
 
 
-def _scanned(rows: FitSet, direct: DirectSound) -> tuple[list[ScanSignals], list[Box]]:
+def _scanned(
+    rows: FitSet, direct: DirectSound
+) -> tuple[list[ScanSignals], list[OrientedBox]]:
     signals = scan_signals(rows.spread(SCAN_ROWS), direct)
     boxes = assemble_boxes(signals, scan_planes(signals))
-    boxes = [box for box in boxes if box.heard.sum() >= LEAST_WALLS]
+    boxes = [box for box in boxes if box.found.sum() >= LEAST_WALLS]
     return signals, boxes
 
 
-def _clearness(box: Box) -> float:
-    return float(np.where(box.heard, np.minimum(box.z, MOST_Z), 0.0).sum())
+def _clearness(box: OrientedBox) -> float:
+    return float(np.where(box.found, np.minimum(box.z, MOST_Z), 0.0).sum())
 
 
-def _apart(box: Box, rooms: list[FitSet], mine: int) -> Box:
+def _apart(box: OrientedBox, rooms: list[FitSet], mine: int) -> OrientedBox:
     """Return the box without walls that would hold other rooms' places."""
     low, high, z = box.low.copy(), box.high.copy(), box.z.copy()
     for k, rows in enumerate(rooms):
@@ -151,14 +157,16 @@ def _apart(box: Box, rooms: list[FitSet], mine: int) -> Box:
     return replace(box, low=low, high=high, z=z)
 
 
-def _going_on(box: Box, signals: ScanSignals, known: list[Box]) -> Box:
+def _going_on(
+    box: OrientedBox, signals: ScanSignals, known: list[OrientedBox]
+) -> OrientedBox:
     """Return the box with walls of other rooms in place of farther ones."""
     ends = np.concatenate([signals.emitters, signals.listeners])
     low, high, z = box.low.copy(), box.high.copy(), box.z.copy()
-    judged = judge_planes(signals, box.planes[box.heard])
+    judged = judge_planes(signals, box.planes[box.found])
     loud = max((plane.strength for plane in judged), default=0.0)
     for other in known:
-        for plane in other.planes[other.heard]:
+        for plane in other.planes[other.found]:
             wall = _aligned(box, plane)
             if wall is None or (ends @ plane[:3] - plane[3]).min() < 0:
                 continue
@@ -184,7 +192,7 @@ def _going_on(box: Box, signals: ScanSignals, known: list[Box]) -> Box:
     return replace(box, low=low, high=high, z=z)
 
 
-def _aligned(box: Box, plane: FloatArray) -> int | None:
+def _aligned(box: OrientedBox, plane: FloatArray) -> int | None:
     along = box.planes[:, :3] @ plane[:3]
     wall = int(np.argmax(along))
     return wall if along[wall] > np.cos(np.radians(ALIGNED_DEG)) else None

@@ -10,11 +10,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from inverse.walls.box import FAR_M, Box
-from inverse.walls.reentrant import Evidence
+from inverse.walls.box import FAR_M, OrientedBox
+from inverse.walls.reentrant import PlaneEvidence
 from inverse.walls.scan import FoundPlane
 
-__all__ = ["find_lone", "nearer_walls"]
+__all__ = ["find_single_emitter_walls", "nearer_walls"]
 
 FloatArray = NDArray[np.float64]
 STEP_M, FINE_STEP_M, FINE_STEPS = 0.02, 0.005, 4
@@ -24,14 +24,14 @@ APART_M = 0.12
 MOST, CLOSER = 3, 4
 
 
-def find_lone(
-    evidence: Evidence, normals: FloatArray, known: list[FoundPlane]
+def find_single_emitter_walls(
+    evidence: PlaneEvidence, normals: FloatArray, known: list[FoundPlane]
 ) -> list[FoundPlane]:
     """Return planes within the box that one emitter speaks for, the clearest first.
 
     Parameters
     ----------
-    evidence : Evidence
+    evidence : PlaneEvidence
         What the rows say.
     normals : ndarray, shape (N, 3)
         Directions walls may face, into the air.
@@ -51,14 +51,14 @@ def find_lone(
     return sorted(loud, key=lambda one: -one.loudest)[:MOST]
 
 
-def nearer_walls(evidence: Evidence, box: Box) -> Box:
+def nearer_walls(evidence: PlaneEvidence, box: OrientedBox) -> OrientedBox:
     """Return the box with walls one emitter hears clearly before those that stand.
 
     Parameters
     ----------
-    evidence : Evidence
+    evidence : PlaneEvidence
         Rows with nothing blanked.
-    box : Box
+    box : OrientedBox
         As several emitters speak for it.
     """
     signals = evidence.signals
@@ -84,7 +84,7 @@ def nearer_walls(evidence: Evidence, box: Box) -> Box:
 
 
 def _clearest(
-    evidence: Evidence, normal: FloatArray, offsets: FloatArray
+    evidence: PlaneEvidence, normal: FloatArray, offsets: FloatArray
 ) -> list[FoundPlane]:
     """Return planes along a normal that an emitter speaks for, the clearest first."""
     nothing = np.empty((0, 3))
@@ -99,7 +99,7 @@ def _clearest(
     return kept
 
 
-def _sharpened(evidence: Evidence, plane: FloatArray) -> FoundPlane:
+def _sharpened(evidence: PlaneEvidence, plane: FloatArray) -> FoundPlane:
     """Return the best plane close by, openings left out."""
     opening = evidence.crossings(plane)
     best = FoundPlane(plane[:3].copy(), float(plane[3]), 0.0, 0.0, 0.0)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inverse.paths.polyhedron import Polyhedron
-from inverse.walls.box import Box
+from inverse.walls.box import OrientedBox
 from inverse.walls.cells import cut_cells, shape_of
 from inverse.walls.opening import Opening, Slab
 
@@ -22,15 +22,15 @@ BEYOND_M = 5.0
 CLEAR_M = 1e-3
 
 
-def find_slab(first: Box, second: Box) -> Slab | None:
+def find_slab(first: OrientedBox, second: OrientedBox) -> Slab | None:
     """Return the wall whose two faces two rooms have; None where there is none.
 
     The faces look at one another's backs, no more than a metre apart, and the rooms
     lie before and behind the same part of it.
     """
     found: list[tuple[float, Slab]] = []
-    for plane in first.planes[first.heard]:
-        for back in second.planes[second.heard]:
+    for plane in first.planes[first.found]:
+        for back in second.planes[second.found]:
             if plane[:3] @ back[:3] > -np.cos(np.radians(FACING_DEG)):
                 continue
             if abs(plane[2]) > 1 - UPRIGHT:
@@ -48,23 +48,23 @@ def find_slab(first: Box, second: Box) -> Slab | None:
     return min(found, key=lambda one: one[0])[1] if found else None
 
 
-def half_slab(first: Box, second: Box, ends: FloatArray) -> Slab | None:
+def half_slab(first: OrientedBox, second: OrientedBox, ends: FloatArray) -> Slab | None:
     """Return a wall whose far face is unheard, as thick as it could be.
 
     Parameters
     ----------
-    first, second : Box
+    first, second : OrientedBox
         Rooms before the face that was heard, and behind it; a wall of the second
         that looks this way is unheard.
     ends : ndarray, shape (n, 3)
         Places in the second room.
     """
     made: list[tuple[float, Slab]] = []
-    for plane in first.planes[first.heard]:
+    for plane in first.planes[first.found]:
         along = second.planes[:, :3] @ plane[:3]
         wall = int(np.argmin(along))
         facing = along[wall] < -np.cos(np.radians(FACING_DEG))
-        if not facing or second.heard[wall] or abs(plane[2]) > 1 - UPRIGHT:
+        if not facing or second.found[wall] or abs(plane[2]) > 1 - UPRIGHT:
             continue
         behind = float((plane[3] - ends @ plane[:3]).min())
         if behind > THINNEST_M:
@@ -73,7 +73,7 @@ def half_slab(first: Box, second: Box, ends: FloatArray) -> Slab | None:
     return min(made, key=lambda one: one[0])[1] if made else None
 
 
-def with_face(box: Box, slab: Slab) -> Box:
+def with_face(box: OrientedBox, slab: Slab) -> OrientedBox:
     """Return the second room of a slab with its wall where the slab ends."""
     normal = -slab.frame[0]
     wall = int(np.argmax(box.planes[:, :3] @ normal))
@@ -86,7 +86,9 @@ def with_face(box: Box, slab: Slab) -> Box:
     return replace(box, low=low, high=high)
 
 
-def _slab(plane: FloatArray, thick: float, first: Box, second: Box) -> Slab:
+def _slab(
+    plane: FloatArray, thick: float, first: OrientedBox, second: OrientedBox
+) -> Slab:
     up = np.array([0.0, 0.0, 1.0])
     up = up - (up @ plane[:3]) * plane[:3]
     up /= np.linalg.norm(up)
@@ -102,13 +104,15 @@ def _slab(plane: FloatArray, thick: float, first: Box, second: Box) -> Slab:
     return Slab(origin, frame, thick, np.array(limits))
 
 
-def _corners(box: Box) -> FloatArray:
+def _corners(box: OrientedBox) -> FloatArray:
     sides = np.stack(np.meshgrid(*[[0, 1]] * 3, indexing="ij"), -1).reshape(-1, 3)
     local = np.where(sides == 1, box.high, box.low)
     return box.origin + local @ box.axes
 
 
-def joined_shape(boxes: list[Box], openings: list[Opening]) -> Polyhedron | None:
+def joined_shape(
+    boxes: list[OrientedBox], openings: list[Opening]
+) -> Polyhedron | None:
     """Return rooms and the holes between them as one shape.
 
     Walls of two rooms that lie in one plane become one.

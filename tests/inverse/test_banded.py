@@ -3,22 +3,22 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from inverse.acoustics import Acoustics
-from inverse.bands.band_fit import _moved, _sums, hear_bands
-from inverse.bands.banded import start_banded
+from inverse.bands.band_fit import _moved, _sums, band_data
+from inverse.bands.banded_fit import start_banded
 from inverse.bands.half_octaves import HalfOctaves
 from inverse.find import room_in_rows
 from inverse.paths.bank import ideal_bank
 from inverse.paths.box_fit import level_errors
 from inverse.paths.room import OMNI, BoxRoom
 from inverse.rows.direct import read_direct
-from inverse.walls.box import Box
+from inverse.walls.box import OrientedBox
 
 WALLS = np.array([0.9, 0.8, 0.85, 0.8, 0.7, 0.85])
 
 
 @pytest.fixture(scope="module")
 def plain():
-    box = Box(
+    box = OrientedBox(
         np.eye(3),
         np.array([2.5, 2.0, 1.4]),
         np.array([-2.5, -2.0, -1.4]),
@@ -80,7 +80,7 @@ def test_exchanged_ends_are_told_alike(started):
 
 def test_derivatives_are_those_of_the_misfit(started):
     rows, banded = started
-    data = hear_bands(rows, banded.grid, banded.source)
+    data = band_data(rows, banded.grid, banded.source)
     weights = np.ones((len(rows), banded.grid.bands))
     every = np.ones(banded.grid.bands, dtype=bool)
     _, right, _ = _sums(data, banded, weights, every)
@@ -110,7 +110,7 @@ def test_curvature_of_phase_is_the_energy_of_what_is_told(started):
     from inverse.bands.band_kernel import PHASE
 
     rows, banded = started
-    data = hear_bands(rows, banded.grid, banded.source)
+    data = band_data(rows, banded.grid, banded.source)
     weights = np.ones((len(rows), banded.grid.bands))
     every = np.ones(banded.grid.bands, dtype=bool)
     square, _, _ = _sums(data, banded, weights, every, sloped=False)
@@ -120,15 +120,15 @@ def test_curvature_of_phase_is_the_energy_of_what_is_told(started):
 
 
 def test_derivatives_by_geometry_and_places_are_those_of_the_misfit(started):
-    from inverse.bands.band_places import Moved
+    from inverse.bands.band_places import PlaceFit
     from inverse.bands.band_places import _moved as moved
     from inverse.bands.band_places import _sums as sums
 
     rows, banded = started
-    data = hear_bands(rows, banded.grid, banded.source)
+    data = band_data(rows, banded.grid, banded.source)
     weights = np.ones((len(rows), banded.grid.bands))
     low = banded.grid.centers < 1500
-    at = Moved(banded, data, np.zeros((len(rows), 6)), np.zeros((11, 11)))
+    at = PlaceFit(banded, data, np.zeros((len(rows), 6)), np.zeros((11, 11)))
     _, right, _ = sums(at, low, weights, curved=False)
     # levels and slants move as well and are not counted
     for column, size in ((0, 1e-6), (4, 1e-6), (8, 1e-6), (9, 1e-4), (10, 1e-4)):
@@ -153,14 +153,14 @@ def test_derivatives_by_geometry_and_places_are_those_of_the_misfit(started):
 
 
 def test_curvature_of_places_leads_where_slopes_lead(started):
-    from inverse.bands.band_places import Moved
+    from inverse.bands.band_places import PlaceFit
     from inverse.bands.band_places import _sums as sums
 
     rows, banded = started
-    data = hear_bands(rows, banded.grid, banded.source)
+    data = band_data(rows, banded.grid, banded.source)
     weights = np.ones((len(rows), banded.grid.bands))
     low = banded.grid.centers < 1500
-    at = Moved(banded, data, np.zeros((len(rows), 6)), np.zeros((11, 11)))
+    at = PlaceFit(banded, data, np.zeros((len(rows), 6)), np.zeros((11, 11)))
     square, right, misfit = sums(at, low, weights)
     again = sums(at, low, weights, curved=False)
     assert not again[0].any()

@@ -4,10 +4,14 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from inverse.late.coherence_horizon import Doubt, coherence_horizon, predicted_coherence
+from inverse.late.coherence_horizon import (
+    Uncertainty,
+    coherence_horizon,
+    predicted_coherence,
+)
 from inverse.late.completion import Completion
 from inverse.late.even_tail import even_noise
-from inverse.late.tail import Tail
+from inverse.late.spatial_tail import SpatialTail
 from inverse.late.tiles import Tiles
 from inverse.rows.fitset import FitSet, place_numbers
 from rir import Poses
@@ -136,7 +140,7 @@ def test_a_stored_completion_tells_the_same(tmp_path):
 
 
 def test_the_tail_moves_smoothly_and_waits_for_the_direct_sound():
-    tail = Tail(0, np.zeros(3), RATE / SPEED, LENGTH)
+    tail = SpatialTail(0, np.zeros(3), RATE / SPEED, LENGTH)
     first, second = np.array([[1.0, 0.5, 0.2]]), np.array([[-2.0, 0.3, 0.1]])
     sound = tail(first, second)
     assert_array_equal(sound, tail(second, first))
@@ -155,11 +159,11 @@ def test_even_noise_swings_less_than_noise():
 
 
 def test_horizons_follow_the_closed_form():
-    exact = Doubt(pose_sd_m=0.003, temperature_sd_k=0.0)
+    exact = Uncertainty(pose_sd_m=0.003, temperature_sd_k=0.0)
     horizons = coherence_horizon(np.array([500.0, 20_000.0]), SPEED, exact)
     assert horizons[0] > 9.9
     assert horizons[1] == 0.0
-    doubt = Doubt(pose_sd_m=0.003, temperature_sd_k=0.5)
+    doubt = Uncertainty(pose_sd_m=0.003, temperature_sd_k=0.5)
     found = coherence_horizon(np.array([2000.0]), SPEED, doubt)
     wave = 2 * np.pi * 2000 / SPEED
     allowed = np.sqrt((0.76 / wave) ** 2 - 2 * 0.003**2) / (0.0018 * 0.5 * SPEED)

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from inverse.late.late import LateMaps, fit_maps
+from inverse.late.late_maps import LateMaps, fit_maps
 from inverse.rows.direct import read_direct
 from inverse.rows.fitset import FitSet, place_numbers
 from inverse.rows.onsets import read_onsets
 from inverse.rows.partition import split_by_planes
 from inverse.rows.regions import find_regions
 from inverse.rows.sight import read_sight
-from inverse.walls.box import Box
+from inverse.walls.box import OrientedBox
 from inverse.walls.joining import join_rooms
 from inverse.walls.opening import Opening, Slab, find_opening, find_thickness
 from inverse.walls.slabs import find_slab, half_slab, joined_shape, with_face
@@ -32,7 +32,9 @@ def slab(thick=0.2):
 
 def box_of(room):
     middle = room.mean(axis=0)
-    return Box(np.eye(3), middle, room[0] - middle, room[1] - middle, np.full(6, 9.0))
+    return OrientedBox(
+        np.eye(3), middle, room[0] - middle, room[1] - middle, np.full(6, 9.0)
+    )
 
 
 def drawn(rng, room, count, margin=0.4):

@@ -21,9 +21,9 @@ from inverse.plan.plan_plot import draw_plan
 from inverse.rows.direct import read_direct
 from inverse.rows.fitset import FitSet, place_numbers
 from inverse.rows.pose_spread import pose_alarms
-from inverse.walls.box import Box
+from inverse.walls.box import OrientedBox
 from inverse.walls.cells import cut_cells, enclosed, label_cells, shape_of
-from inverse.walls.opened import open_box
+from inverse.walls.inner_walls import find_inner_walls
 from inverse.walls.outline import find_clues, find_outline, other_outlines
 from rir import Poses
 from rooms.mesh import MeshGeometry
@@ -121,7 +121,7 @@ def test_corners_follow_their_planes():
 
 def test_mirror_paths_of_a_box_are_those_of_the_lattice():
     size = np.array([5.0, 4.0, 2.8])
-    box = Box(np.eye(3), np.zeros(3), np.zeros(3), size, np.ones(6))
+    box = OrientedBox(np.eye(3), np.zeros(3), np.zeros(3), size, np.ones(6))
     shape = box_shape(box)
     assert_allclose(shape.planes, box.planes)
     factors = np.array([0.9, 0.8, 0.7, 0.6, 0.5, 0.95])
@@ -201,7 +201,7 @@ def test_a_room_drawn_elsewhere_is_refused(l_set):
 
 @pytest.fixture(scope="module")
 def boxed(l_set):
-    box = Box(
+    box = OrientedBox(
         np.eye(3), np.zeros(3), np.zeros(3), np.array([6.0, 5.0, 3.0]), np.ones(6)
     )
     direct = read_direct(l_set)
@@ -209,7 +209,7 @@ def boxed(l_set):
 
 
 def test_walls_between_poses_are_found(l_set, boxed):
-    opened = open_box(l_set, boxed[0], boxed[1], 0.06)
+    opened = find_inner_walls(l_set, boxed[0], boxed[1], 0.06)
     assert opened.alarms == []
     planes = opened.fitted.room.shape.planes
     assert len(planes) == 8
@@ -238,11 +238,11 @@ def test_an_arm_that_holds_one_emitter_is_closed_on_trial(boxed):
 def test_noise_holds_no_walls_between_poses(l_set, boxed):
     rng = np.random.default_rng(5)
     noise = replace(l_set, responses=rng.standard_normal(l_set.responses.shape))
-    assert open_box(noise, boxed[0], boxed[1], 0.06).fitted is None
+    assert find_inner_walls(noise, boxed[0], boxed[1], 0.06).fitted is None
 
 
 def test_a_plan_shows_what_was_heard(l_set, boxed, tmp_path):
-    fitted = open_box(l_set, boxed[0], boxed[1], 0.06).fitted
+    fitted = find_inner_walls(l_set, boxed[0], boxed[1], 0.06).fitted
     known = MeshGeometry.extruded(OUTLINE, 3.0)
     ends = l_set.emitters.positions, l_set.listeners.positions
     plan = plan_of(

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.testing import assert_allclose, assert_array_equal
 
 from inverse.late.features import PlaceFeatures
-from inverse.late.late import chi_square_bias, fit_maps
+from inverse.late.late_maps import chi_square_bias, fit_maps
 from inverse.late.slopes import common_rates, region_curves
 from inverse.rows.regions import Regions
 

@@ -19,7 +19,7 @@ from inverse.paths.places import correct_places
 from inverse.paths.recording import settle_air, settle_listener
 from inverse.paths.resumed import resumed
 from inverse.rows.fitset import FitSet, place_numbers
-from inverse.walls.opened import left_over
+from inverse.walls.inner_walls import left_over
 from rir import Dataset, GainPattern, Poses
 from rir.errors import SignalError
 from rir.physics import speed_of_sound

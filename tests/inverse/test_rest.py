@@ -19,7 +19,7 @@ from inverse.blend.mixture import mix, mixing_weights
 from inverse.blend.proof import Proof, prove
 from inverse.find import room_in_rows
 from inverse.guard import needs_network
-from inverse.late.gate import Held
+from inverse.late.gate import TileEnergies
 from inverse.late.tiles import Tiles
 from inverse.paths.open_air import directivity
 from inverse.rows.fitset import FitSet, place_numbers
@@ -249,7 +249,7 @@ def test_agreement_is_one_where_waveforms_are_the_same_and_none_where_they_are_n
     told = rows.responses.copy()
     late = np.arange(LENGTH) / RATE > rows.distances[:, None] / SPEED + 0.025
     told[late] = 0.02 * rng.standard_normal(int(late.sum()))
-    held = Held(
+    held = TileEnergies(
         tiles.energies(rows.responses),
         tiles.energies(told),
         tiles.products(rows.responses, told),

@@ -11,7 +11,7 @@ from inverse.objects.scatter_fit import find_scatterers, with_scatterers
 from inverse.objects.scatterers import Scatterers
 from inverse.paths.bank import ideal_bank
 from inverse.paths.room import OMNI, BoxRoom
-from inverse.walls.box import Box
+from inverse.walls.box import OrientedBox
 from rir import Poses
 
 SIZE, RATE, SPEED, SAMPLES = np.array([3.0, 2.6, 2.2]), 8000.0, 343.0, 400
@@ -26,7 +26,7 @@ def drawn_poses(rng, count):
 
 @pytest.fixture(scope="module")
 def banded():
-    box = Box(np.eye(3), SIZE / 2, -SIZE / 2, SIZE / 2, np.ones(6))
+    box = OrientedBox(np.eye(3), SIZE / 2, -SIZE / 2, SIZE / 2, np.ones(6))
     factors = np.array([0.9, 0.8, 0.85, 0.8, 0.7, 0.85])
     room = BoxRoom(box, SPEED, 0.0, factors, OMNI, OMNI, ideal_bank(36), RATE, order=2)
     grid = HalfOctaves(RATE, SAMPLES)

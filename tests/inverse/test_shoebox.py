@@ -10,7 +10,7 @@ from inverse.find import _room_alarms, room_in_rows
 from inverse.paths.bank import PulseBank, ideal_bank
 from inverse.paths.box_fit import Step, _active, _sums, level_errors
 from inverse.paths.room import OMNI, BoxRoom
-from inverse.walls.box import Box
+from inverse.walls.box import OrientedBox
 
 WALLS = np.array([0.9, 0.8, 0.85, 0.8, 0.7, 0.85])
 
@@ -80,7 +80,7 @@ def test_few_rows_are_answered_by_the_nearest(box_set):
 
 def test_derivatives_are_those_of_the_rendering(box_set):
     rows = box_set.rows(np.array([0, 40, 80]))
-    box = Box(
+    box = OrientedBox(
         np.eye(3),
         np.array([2.5, 2.0, 1.4]),
         np.array([-2.5, -2.0, -1.4]),

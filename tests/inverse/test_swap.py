@@ -15,7 +15,7 @@ from inverse.paths.polyhedral import FittedMesh
 from inverse.paths.polyhedron import Polyhedron
 from inverse.paths.room import BoxRoom
 from inverse.paths.shoebox import FittedRoom
-from inverse.walls.box import Box
+from inverse.walls.box import OrientedBox
 from rir import Poses
 
 RATE, SPEED, N = 16000, 343.2, 640
@@ -44,7 +44,9 @@ def slow_part():
 
 def box_room():
     middle = np.array([2.5, 2.0, 1.4])
-    box = Box(np.eye(3), middle, -middle, middle, np.ones(6)).turned(np.full(3, 0.01))
+    box = OrientedBox(np.eye(3), middle, -middle, middle, np.ones(6)).turned(
+        np.full(3, 0.01)
+    )
     box = replace(box, low=box.low - 0.2, high=box.high + 0.2)
     devices = patterns(4, 2), patterns(2, 3)
     return BoxRoom(box, SPEED, 1e-3, WALLS, *devices, ideal_bank(36), RATE, 8, 13.0)

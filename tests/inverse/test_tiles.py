@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from inverse.late.even_tail import CalmTail, even_noise
+from inverse.late.even_tail import EvenTail, even_noise
 from inverse.late.tiles import Tiles
 
 RATE, LENGTH = 16000.0, 8000
@@ -52,7 +52,7 @@ def test_comparing_splits_rows_once(brief):
 
 def test_one_sound_is_brought_to_the_energies_of_each_pair():
     tiles = Tiles(RATE, LENGTH)
-    tail = CalmTail(0, np.zeros(3), RATE / 343.0, LENGTH, RATE)
+    tail = EvenTail(0, np.zeros(3), RATE / 343.0, LENGTH, RATE)
     first, second = np.zeros((2, 3)), np.array([[1.0, 0, 0], [5.0, 0, 0]])
     energies = np.ones((2, len(tiles.centers), tiles.bins))
     energies *= np.exp(-0.05 * np.arange(tiles.bins)) * tiles.widths[:, None]

@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from inverse.bands.band_fit import BandData
 from inverse.bands.banded_room import BandedRoom
 from inverse.bands.half_octaves import HalfOctaves
-from inverse.objects.furnishing import Furnishing
+from inverse.objects.found_objects import FoundObjects
 from inverse.objects.occluders import Occluders, voxels_of
 from inverse.objects.occlusion_kernel import cross_voxels
 from inverse.objects.scatterers import Scatterers
@@ -16,7 +16,7 @@ from inverse.paths.bank import ideal_bank
 from inverse.paths.room import OMNI, BoxRoom
 from inverse.plan.ground_plan import GroundPlan
 from inverse.plan.plan_plot import draw_plan
-from inverse.walls.box import Box
+from inverse.walls.box import OrientedBox
 from rir import Poses
 
 SIZE, RATE, SAMPLES = np.array([4.0, 3.0, 2.5]), 16000.0, 640
@@ -25,7 +25,7 @@ LOW, HIGH = np.array([1.5, 1.0, 0.0]), np.array([2.5, 2.0, 1.0])
 
 @pytest.fixture(scope="module")
 def room():
-    box = Box(np.eye(3), SIZE / 2, -SIZE / 2, SIZE / 2, np.ones(6))
+    box = OrientedBox(np.eye(3), SIZE / 2, -SIZE / 2, SIZE / 2, np.ones(6))
     plain = BoxRoom(
         box, 343.0, 0.0, np.ones(6), OMNI, OMNI, ideal_bank(36), RATE, order=2
     )
@@ -123,7 +123,7 @@ def test_what_was_found_is_kept_and_drawn(room, block, tmp_path):
     again = BandedRoom.from_arrays(room.room, full.as_arrays())
     assert again.occluders is not None
     assert_array_equal(again.occluders.depths, block.depths)
-    found = Furnishing.of(again)
+    found = FoundObjects.of(again)
     told = found.as_dict()
     assert_allclose(told["blocks"][0]["corner"], LOW, atol=0.13)
     assert_allclose(told["points"], [[1.0, 2.0, 0.7]])
@@ -135,4 +135,4 @@ def test_what_was_found_is_kept_and_drawn(room, block, tmp_path):
     plan.save(tmp_path / "plan.json")
     assert (tmp_path / "plan.png").stat().st_size > 1000
     assert '"blocks"' in (tmp_path / "plan.json").read_text()
-    assert not Furnishing.of(None)
+    assert not FoundObjects.of(None)

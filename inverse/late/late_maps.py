@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from inverse.late.late_step import Moments, descend
+from inverse.late.late_map_step import DerivativeSums, descend
 
 __all__ = ["LateMaps", "chi_square_bias", "chi_square_variance", "fit_maps"]
 
@@ -265,7 +265,7 @@ def _measure(
     noise: np.ndarray,
     penalty: np.ndarray,
     center: np.ndarray,
-) -> tuple[float, Moments]:
+) -> tuple[float, DerivativeSums]:
     """Return the cost and what a step needs of the residuals."""
     first, second = ends
     log, total = _modelled(maps, first, second, times)
@@ -280,4 +280,4 @@ def _measure(
     cost += (hold * maps.shares).sum()
     inverse = np.where(total > LEAST_SUM, 1 / np.maximum(total, LEAST_SUM), 0.0)
     parts = [slope] + [slope * inverse * wave for wave in waves]
-    return float(cost), Moments.of(parts, gap, pull, hold)
+    return float(cost), DerivativeSums.of(parts, gap, pull, hold)

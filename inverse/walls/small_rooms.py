@@ -11,11 +11,11 @@ import numpy as np
 
 from inverse.rows.direct import DirectSound, read_direct
 from inverse.rows.fitset import FitSet
-from inverse.walls.box import FAR_M, Box, assemble_boxes
+from inverse.walls.box import FAR_M, OrientedBox, assemble_boxes
 from inverse.walls.scan import FoundPlane, ScanSignals, scan_planes, scan_signals
 from rir import Poses
 
-__all__ = ["Scanned", "magnification", "scanned"]
+__all__ = ["RoomScan", "magnification", "scan_room"]
 
 SMALL_M, ORDINARY_M = 4.5, 6.0
 """Diagonal of all places: below the first, a room is scanned as if of the second."""
@@ -25,7 +25,7 @@ SAME_S = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Scanned:
+class RoomScan:
     """Hold what a scan found.
 
     Parameters
@@ -36,17 +36,17 @@ class Scanned:
         The rows in bands, at the room's own size.
     planes : list of FoundPlane
         Planes all places stand in front of.
-    boxes : list of Box
+    boxes : list of OrientedBox
         Boxes they may belong to.
     """
 
     direct: DirectSound
     signals: list[ScanSignals]
     planes: list[FoundPlane]
-    boxes: list[Box]
+    boxes: list[OrientedBox]
 
 
-def scanned(rows: FitSet, direct: DirectSound, count: int) -> Scanned:
+def scan_room(rows: FitSet, direct: DirectSound, count: int) -> RoomScan:
     """Look for planes and boxes in at most `count` rows."""
     few, times = rows.spread(count), magnification(rows)
     signals = scan_signals(few, direct)
@@ -57,7 +57,7 @@ def scanned(rows: FitSet, direct: DirectSound, count: int) -> Scanned:
     near = signals if times == 1 else scan_signals(larger.spread(count), heard)
     planes = scan_planes(near)
     boxes = assemble_boxes(near, planes)
-    return Scanned(
+    return RoomScan(
         replace(heard, latency_s=heard.latency_s / times),
         signals,
         [replace(plane, offset=plane.offset / times) for plane in planes],
@@ -85,8 +85,8 @@ def magnified(rows: FitSet, times: float) -> FitSet:
     return replace(rows, emitters=ends[0], listeners=ends[1], sample_rate=rate)
 
 
-def _shrunk(box: Box, times: float) -> Box:
-    heard = box.heard
+def _shrunk(box: OrientedBox, times: float) -> OrientedBox:
+    heard = box.found
     low, high = box.low / times, box.high / times
     return replace(
         box,

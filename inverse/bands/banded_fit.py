@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from inverse.bands.band_fit import BandData, fit_walls, hear_bands, tuned
+from inverse.bands.band_fit import BandData, band_data, fit_walls, tuned
 from inverse.bands.band_places import fit_places
 from inverse.bands.banded_room import BandedRoom
 from inverse.bands.half_octaves import HalfOctaves
@@ -99,7 +99,7 @@ def fit_banded(
     banded = _first_walls(few, direct, room)
     if banded is None:
         return None
-    data = hear_bands(rows, banded.grid, banded.source)
+    data = band_data(rows, banded.grid, banded.source)
     shifts = None
     for edge in (MIDDLE_HZ, HIGH_HZ):
         centers = banded.grid.centers
@@ -108,7 +108,7 @@ def fit_banded(
         data, shifts = moved.data, moved.shifts
         banded = _ordered(rows, data, moved.banded)
         banded = _equalised(rows, data.emitters, data.listeners, banded)
-        heard = hear_bands(rows, banded.grid, banded.source)
+        heard = band_data(rows, banded.grid, banded.source)
         data = heard.moved(data.emitters, data.listeners)
         banded, _ = fit_walls(data, banded, 2, chosen=centers > DEEP_HZ)
         banded = _deepened(data, banded)
@@ -175,7 +175,7 @@ def _first_walls(rows: FitSet, direct: DirectSound, room: BoxRoom) -> BandedRoom
     for angled in (True, False):
         banded = start_banded(rows, direct, room, angled=angled)
         banded = _equalised(rows, rows.emitters, rows.listeners, banded)
-        data = hear_bands(rows, banded.grid, banded.source)
+        data = band_data(rows, banded.grid, banded.source)
         centers = banded.grid.centers
         clear = (centers > CLEAR_HZ[0]) & (centers < CLEAR_HZ[1])
         if not clear.any():

@@ -17,7 +17,7 @@ from inverse.walls.outline import (
 )
 from rir import GainPattern
 
-__all__ = ["Opened", "open_box"]
+__all__ = ["InnerWalls", "find_inner_walls"]
 
 WORTH_OPENING = 0.02
 """A box that leaves less of the energy is one."""
@@ -30,34 +30,34 @@ FEW_ROWS, CLEAR = 30, 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Opened:
+class InnerWalls:
     """Hold a room of flat faces, None where the box stands, and what to tell."""
 
     fitted: FittedMesh | None
     alarms: list[str] = field(default_factory=list)
 
 
-def open_box(
+def find_inner_walls(
     rows: FitSet,
     direct: DirectSound,
     fitted: FittedRoom,
     reach_s: float,
     listening: GainPattern | None = None,
-) -> Opened:
+) -> InnerWalls:
     """Look for walls inside a fitted box and fit the room they make.
 
     The room is only taken where it tells the rows clearly better than the box.
     """
     if rows.n_places < 2 or left_over(rows.spread(FEW_ROWS), fitted) < CLEAR:
-        return Opened(None)
+        return InnerWalls(None)
     few = rows.spread(JUDGED_ROWS)
     before = left_over(few, fitted)
     if before < WORTH_OPENING:
-        return Opened(None)
+        return InnerWalls(None)
     clues = find_clues(rows, direct, fitted)
     outline = find_outline(clues)
     if outline is None:
-        return Opened(None)
+        return InnerWalls(None)
     judge = _Judge(rows, few, direct, reach_s * rows.speed_of_sound, listening)
     opened, after = judge.tried(outline)
     if after > BETTER * before and before - after < EXPLAINING * (1 - before):
@@ -67,10 +67,10 @@ def open_box(
             tried, left = judge.tried(other)
             # walls of one emitter must explain what nothing else does
             if left < SURELY * after:
-                return Opened(tried)
+                return InnerWalls(tried)
     if opened is not None:
-        return Opened(opened, [] if outline.closed else [OPEN])
-    return Opened(
+        return InnerWalls(opened, [] if outline.closed else [OPEN])
+    return InnerWalls(
         None,
         [
             f"a wall may stand inside the room, {_worded(plane.row)}, but where it "

@@ -8,14 +8,14 @@ from numpy.typing import NDArray
 
 from inverse.bands.banded_room import BandedRoom
 
-__all__ = ["Furnishing"]
+__all__ = ["FoundObjects"]
 
 FloatArray = NDArray[np.float64]
 HEARD_HZ = 1000.0
 
 
 @dataclass(frozen=True, eq=False)
-class Furnishing:
+class FoundObjects:
     """Hold small objects and blocks of a room.
 
     Parameters
@@ -47,7 +47,7 @@ class Furnishing:
         }
 
     @classmethod
-    def of(cls, banded: BandedRoom | None) -> "Furnishing":
+    def of(cls, banded: BandedRoom | None) -> "FoundObjects":
         """Return what a room holds; nothing where half octaves were not fitted."""
         if banded is None:
             return cls()

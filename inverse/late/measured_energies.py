@@ -12,7 +12,7 @@ from inverse.paths.open_air import free_levels
 from inverse.rows.fitset import FitSet
 from inverse.rows.regions import Regions, find_regions, sight_bits
 
-__all__ = ["Measured", "log_misfit"]
+__all__ = ["MeasuredEnergies", "log_misfit"]
 
 MOST_ROWS, LEAST_ROWS = 400, 120
 MOST_SAMPLES = 1_000_000
@@ -21,7 +21,7 @@ LEAST_PER_FOLD = 6
 
 
 @dataclass(frozen=True, eq=False)
-class Measured:
+class MeasuredEnergies:
     """Hold energies of rows and a model of them.
 
     Parameters
@@ -54,7 +54,7 @@ class Measured:
     misfit: np.ndarray
 
     @classmethod
-    def of(cls, rows: FitSet, paths: Any) -> "Measured":
+    def of(cls, rows: FitSet, paths: Any) -> "MeasuredEnergies":
         """Learn energies of rows; `paths` tell the speed of sound and free levels."""
         most = int(np.clip(MOST_SAMPLES // rows.n_samples, LEAST_ROWS, MOST_ROWS))
         kept = np.arange(len(rows))

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["Tail"]
+__all__ = ["SpatialTail"]
 
 WAVES_A_SAMPLE = 0.5
 MARGIN_M = 6.0
 
 
 @dataclass(frozen=True, eq=False)
-class Tail:
+class SpatialTail:
     """Hold the plane waves of a room.
 
     Parameters
@@ -40,7 +40,7 @@ class Tail:
 
         Nothing arrives before the direct sound would.
         """
-        from inverse.late.tail_kernel import add_waves
+        from inverse.late.spatial_tail_kernel import add_waves
 
         out = np.zeros((len(first), self.n_samples))
         ends = [(one - self.center) * self.samples_a_metre for one in (first, second)]

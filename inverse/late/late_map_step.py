@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["Moments", "descend"]
+__all__ = ["DerivativeSums", "descend"]
 
 
 @dataclass(frozen=True, eq=False)
-class Moments:
+class DerivativeSums:
     """Hold sums over time of the residuals' derivatives.
 
     Parameters
@@ -40,7 +40,7 @@ class Moments:
         gap: np.ndarray,
         pull: np.ndarray,
         hold: np.ndarray,
-    ) -> "Moments":
+    ) -> "DerivativeSums":
         """Sum the derivatives, each (pairs, bins), and residuals over time."""
         stack = np.stack(parts)
         second = np.einsum("knt,lnt->kln", stack, stack)
@@ -48,7 +48,7 @@ class Moments:
 
 
 def descend(
-    moments: Moments,
+    moments: DerivativeSums,
     ends: tuple[np.ndarray, np.ndarray],
     shares: np.ndarray,
     penalties: tuple[np.ndarray, np.ndarray],

@@ -9,8 +9,8 @@ from inverse.paths.room import OMNI, BoxRoom
 from inverse.rows.direct import read_direct
 from inverse.rows.fitset import FitSet
 from inverse.rows.low_sound import LowSound
-from inverse.walls.box import Box
-from inverse.walls.box_search import suppose_box
+from inverse.walls.box import OrientedBox
+from inverse.walls.box_search import search_box
 from rir import Poses
 
 SIZE = np.array([5.0, 4.0, 2.8])
@@ -19,7 +19,9 @@ RATE, SPEED = 16000.0, 343.2
 
 
 def box_of(low=(0.0, 0.0, 0.0), high=tuple(SIZE)):
-    return Box(np.eye(3), np.zeros(3), np.array(low), np.array(high), np.ones(6))
+    return OrientedBox(
+        np.eye(3), np.zeros(3), np.array(low), np.array(high), np.ones(6)
+    )
 
 
 def rows_of(place=(4.3, 1.6, 1.2), yaw=np.pi, walls=(0.85,) * 6, listeners=24):
@@ -54,7 +56,7 @@ def test_low_sound_is_told_by_the_room_it_is_from(rows):
 
 def test_the_wall_behind_the_loudspeaker_is_told_from_an_echo_of_two(rows):
     # what is heard first beyond it is the echo by way of the opposite wall
-    found = suppose_box(rows, read_direct(rows), [box_of(high=(9.3, 4.0, 2.8))])
+    found = search_box(rows, read_direct(rows), [box_of(high=(9.3, 4.0, 2.8))])
     assert found.left < 0.01
     assert_allclose(found.box.high, SIZE, atol=2e-3)
     assert_allclose(found.box.low, 0.0, atol=2e-3)
@@ -62,14 +64,14 @@ def test_the_wall_behind_the_loudspeaker_is_told_from_an_echo_of_two(rows):
 
 def test_two_walls_may_be_hidden_at_once():
     rows = rows_of(place=(4.3, 3.4, 1.2), yaw=-0.75 * np.pi, listeners=40)
-    found = suppose_box(rows, read_direct(rows), [box_of(high=(9.3, 7.4, 2.8))])
+    found = search_box(rows, read_direct(rows), [box_of(high=(9.3, 7.4, 2.8))])
     assert_allclose(found.box.high, SIZE, atol=2e-3)
 
 
 def test_a_wall_that_reflects_nothing_is_left_out():
     rows = rows_of(walls=(0.85, 0.0, 0.85, 0.85, 0.85, 0.85), yaw=0.0)
-    found = suppose_box(rows, read_direct(rows), [box_of()])
-    assert found.box.heard.tolist() == [True, False, True, True, True, True]
+    found = search_box(rows, read_direct(rows), [box_of()])
+    assert found.box.found.tolist() == [True, False, True, True, True, True]
 
 
 def test_a_faint_direct_sound_is_found_before_a_louder_wall():

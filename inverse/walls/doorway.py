@@ -5,18 +5,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from inverse.walls.box import Box
+from inverse.walls.box import OrientedBox
 from inverse.walls.opening import Opening, find_opening, find_thickness
 from inverse.walls.slabs import find_slab, half_slab, with_face
 
-__all__ = ["Across", "through"]
+__all__ = ["PairsAcross", "find_doorway"]
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
-class Across:
+class PairsAcross:
     """Hold pairs with one end in each of two rooms.
 
     Parameters
@@ -38,7 +38,7 @@ class Across:
         ahead: BoolArray,
         turned: BoolArray,
         lengths: FloatArray,
-    ) -> "Across":
+    ) -> "PairsAcross":
         """Pick pairs whose emitter is in the first room, and in the second."""
         known = np.isfinite(lengths)
         ahead, turned = ahead & known, turned & known
@@ -49,14 +49,14 @@ class Across:
         )
 
     @property
-    def back(self) -> "Across":
+    def back(self) -> "PairsAcross":
         """The same pairs seen from the second room."""
-        return Across(self.second, self.first, self.lengths)
+        return PairsAcross(self.second, self.first, self.lengths)
 
 
-def through(
-    one: Box, other: Box, pairs: Across
-) -> tuple[Box, Box, Opening, bool] | None:
+def find_doorway(
+    one: OrientedBox, other: OrientedBox, pairs: PairsAcross
+) -> tuple[OrientedBox, OrientedBox, Opening, bool] | None:
     """Return two rooms, the opening between them, and whether its depth was told.
 
     Where one of the two faces of the wall was not heard, the way sound bends round
