@@ -27,7 +27,7 @@ from capture.session.dataset import raw_problem
 from capture.session.folder import SessionFolder
 from capture.session.journal import read_journal
 from capture.session.run import run_session
-from capture.session.start import Request, is_complete, plan_session
+from capture.session.start import SessionRequest, is_complete, plan_session
 from capture.session.state import SessionState
 from rir import Dataset
 
@@ -47,7 +47,8 @@ def small_session(place: Path, pairs: int) -> SessionConfig:
     """Return a session that takes a second or two, in a dry room."""
     room = place / "booth.yaml"
     room.write_text(BOOTH)
-    return plan_session(Request(str(room), str(pairs), seed=5, settings=SETTINGS))
+    request = SessionRequest(str(room), str(pairs), seed=5, settings=SETTINGS)
+    return plan_session(request)
 
 
 def start(folder: SessionFolder, config: SessionConfig) -> int:

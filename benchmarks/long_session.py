@@ -25,7 +25,7 @@ from capture.plan import build_plan
 from capture.session.folder import SessionFolder
 from capture.session.journal import Event
 from capture.session.run import run_session
-from capture.session.start import Request, plan_session
+from capture.session.start import SessionRequest, plan_session
 
 
 class Meter(PlainDisplay):
@@ -60,7 +60,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     options = parser.parse_args(argv)
     pairs = 8 if options.quick else options.pairs
     settings = {"simulation": {"noise_db": -60.0, "placement_mm": 3.0}}
-    config = plan_session(Request("kitchen", str(pairs), settings=settings))
+    config = plan_session(SessionRequest("kitchen", str(pairs), settings=settings))
     place = Path(tempfile.mkdtemp())
     try:
         with Path(os.devnull).open("w") as nowhere:

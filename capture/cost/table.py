@@ -1,4 +1,4 @@
-"""What ``capture-pairs --cost`` shows on screen."""
+"""What ``capture-pairs cost`` shows on screen."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING

@@ -105,7 +105,7 @@ def find_devices() -> list[DeviceRow]:
 def _open(config: SessionConfig, around: Surroundings) -> PortAudioInterface:
     if config.device is None:
         raise InterfaceError(
-            "name the audio device (--device); capture-pairs --list-devices shows them"
+            "name the audio device (--device); capture-pairs devices shows them"
         )
     channels = config.channels
     settings = StreamSettings(

@@ -19,7 +19,7 @@ from rir import ConfigError, RoomSpec, SessionError
 from rir.config import parse_yaml, validate
 
 __all__ = [
-    "Request",
+    "SessionRequest",
     "channel_settings",
     "choose_folder",
     "is_complete",
@@ -33,8 +33,8 @@ HIGHEST_SHARE = 0.42
 
 
 @dataclass(frozen=True)
-class Request:
-    """What a person asked for on the command line.
+class SessionRequest:
+    """What a session is to be, in few words.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class Request:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
 
-def plan_session(request: Request) -> SessionConfig:
+def plan_session(request: SessionRequest) -> SessionConfig:
     """Return the full configuration of a new session.
 
     Lengths that nobody set follow the room's reverberation time T as Eyring
@@ -134,7 +134,7 @@ def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     return merged
 
 
-def _pairs(request: Request, room: RoomSpec) -> list[Any]:
+def _pairs(request: SessionRequest, room: RoomSpec) -> list[Any]:
     if not request.pairs.isdigit():
         return load_pairs(Path(request.pairs))
     return draw_pairs(
@@ -228,12 +228,15 @@ def choose_folder(
     Raises
     ------
     SessionError
-        If a new session was asked for in a folder that holds one.
+        If a new session was asked for in a folder that holds one, or an old one
+        where there is none.
     """
     if out is not None:
         folder = SessionFolder(out)
         if folder.exists and resume is False:
             raise SessionError(f"{out} holds a session; give --new another --out")
+        if resume and not folder.exists:
+            raise SessionError(f"{out} holds no session to resume")
         return folder
     name = Path(room).stem
     unfinished = [] if resume is False else _unfinished(Path("sessions"), name)

@@ -11,7 +11,7 @@ from capture.session.engine import Session
 from capture.session.folder import SessionFolder
 from capture.session.journal import Journal
 from capture.session.record import SessionRecord
-from capture.session.start import Request, merge, plan_session
+from capture.session.start import SessionRequest, merge, plan_session
 
 TINY = {
     "sample_rate": 16000,
@@ -39,7 +39,7 @@ def make_config(tmp_path: Path) -> MakeConfig:
 
     def make(pairs: int = 1, **settings: object) -> SessionConfig:
         settings = merge(TINY, settings)
-        request = Request(str(room), str(pairs), seed=5, settings=settings)
+        request = SessionRequest(str(room), str(pairs), seed=5, settings=settings)
         return plan_session(request)
 
     return make

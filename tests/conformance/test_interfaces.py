@@ -6,7 +6,7 @@ import pytest
 from capture.interfaces import INTERFACES, AudioInterface, Surroundings
 from capture.interfaces.portaudio import PortAudioInterface
 from capture.interfaces.simulated import SimulatedInterface
-from capture.session.start import Request, plan_session
+from capture.session.start import SessionRequest, plan_session
 
 KINDS = {"simulated": SimulatedInterface, "portaudio": PortAudioInterface}
 
@@ -31,7 +31,7 @@ def test_every_interface_keeps_the_protocol(name: str) -> None:
 
 
 def test_the_simulated_one_is_an_interface_in_full() -> None:
-    config = plan_session(Request("kitchen", "1"))
+    config = plan_session(SessionRequest("kitchen", "1"))
     interface = INTERFACES["simulated"].open(config, Surroundings(Delta()))
     assert isinstance(interface, AudioInterface)
     signal = np.zeros(4000)

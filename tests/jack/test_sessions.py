@@ -18,7 +18,7 @@ from capture.session.folder import SessionFolder
 from capture.session.journal import Event, Journal, read_journal
 from capture.session.record import SessionRecord
 from capture.session.recover import recover
-from capture.session.start import Request, merge, plan_session
+from capture.session.start import SessionRequest, merge, plan_session
 from capture.session.take import Examiner
 from rir import Dataset, SessionError
 from rir.files.audio import read_audio
@@ -39,7 +39,7 @@ ROOM = ["/impulse/read 1 1 0.5 0 0 0 1 {file}", "/impulse/dirac 1 2 0.5 0"]
 
 def make_config(pairs: int = 1, **settings: Any) -> SessionConfig:
     settings = merge(QUICK, settings)
-    return plan_session(Request("kitchen", str(pairs), settings=settings))
+    return plan_session(SessionRequest("kitchen", str(pairs), settings=settings))
 
 
 def start_room(server: Any) -> None:
@@ -193,4 +193,4 @@ def test_a_fault_spoils_its_take_and_the_session_goes_on(
         again = open_session(tmp_path / "session", config)
         assert recover(again) == []
         assert again.run() == []
-        again.journal.close()
+        again.record.journal.close()

@@ -1,0 +1,47 @@
+"""``capture-pairs check``: before a session, find the loopback and the level."""
+
+from pathlib import Path
+from typing import Annotated
+
+from capture.commands.options import SessionOptions, option
+from rir.command import make_console
+
+__all__ = ["Calibrator", "check_devices"]
+
+Calibrator = Annotated[
+    float | None,
+    option(
+        "--calibrator-db",
+        "A 1 kHz calibrator of this level is on the first microphone [dB re 20 µPa].",
+    ),
+]
+
+
+def check_devices(session: SessionOptions, calibrator_db: Calibrator = None) -> None:
+    """Find loopback, level, noise and distortion; nothing moves.
+
+    What was found is written to checked.yaml, to measure with --config checked.yaml.
+    """
+    from capture.devices.stage import set_stage
+    from capture.plan import build_plan
+    from capture.session.folder import write_text
+    from capture.session.preflight import Preflight, lock_settings
+    from rir import InterfaceError
+    from rir.config import dump_yaml
+
+    console = make_console()
+    config = session.plan()
+    stage = set_stage(config.model_copy(update={"rig": "simulated"}))
+    stage.mover.place(build_plan(config).moves[0])
+    interface = stage.open_interface()
+    try:
+        found = Preflight.of(interface, config, calibrator_db)
+    finally:
+        interface.close()
+    for line in found.lines:
+        console.out(line)
+    if found.problems:
+        raise InterfaceError("; ".join(found.problems))
+    path = Path("checked.yaml")
+    write_text(path, dump_yaml(lock_settings(config, found)))
+    console.out(f"settings locked in {path}: measure with --config {path}")
