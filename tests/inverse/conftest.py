@@ -4,11 +4,18 @@ import numpy as np
 import pytest
 
 from inverse.rows.fitset import FitSet, place_numbers
+from inverse.walls.box import OrientedBox
 from rir import Poses
 
 RATE, SPEED = 16000, 343.2
 SIZE = np.array([5.0, 4.0, 2.8])
 WALLS = np.array([0.9, 0.8, 0.85, 0.8, 0.7, 0.85])
+
+
+@pytest.fixture(scope="module")
+def centred_box():
+    """Return the box, its middle at the origin, all walls equally clear."""
+    return OrientedBox(np.eye(3), SIZE / 2, -SIZE / 2, SIZE / 2, np.ones(6))
 
 
 def box_rows(emitters=4, listeners=30, n_samples=800, seed=0, latency=0, yaw=True):

@@ -11,22 +11,22 @@ from inverse.paths.bank import ideal_bank
 from inverse.paths.box_fit import level_errors
 from inverse.paths.room import OMNI, BoxRoom
 from inverse.rows.direct import read_direct
-from inverse.walls.box import OrientedBox
 
 WALLS = np.array([0.9, 0.8, 0.85, 0.8, 0.7, 0.85])
 
 
 @pytest.fixture(scope="module")
-def plain():
-    box = OrientedBox(
-        np.eye(3),
-        np.array([2.5, 2.0, 1.4]),
-        np.array([-2.5, -2.0, -1.4]),
-        np.array([2.5, 2.0, 1.4]),
-        np.ones(6),
-    )
+def plain(centred_box):
     return BoxRoom(
-        box, 343.2, 0.0, WALLS, OMNI.copy(), OMNI, ideal_bank(36), 16000.0, order=6
+        centred_box,
+        343.2,
+        0.0,
+        WALLS,
+        OMNI.copy(),
+        OMNI,
+        ideal_bank(36),
+        16000.0,
+        order=6,
     )
 
 
@@ -119,16 +119,22 @@ def test_curvature_of_phase_is_the_energy_of_what_is_told(started):
     assert_allclose(square[:, PHASE, PHASE], power.sum(axis=0), rtol=1e-9)
 
 
-def test_derivatives_by_geometry_and_places_are_those_of_the_misfit(started):
+@pytest.fixture(scope="module")
+def unmoved(started):
+    """Return a room and its places where they stand, low bands, and even weights."""
     from inverse.bands.band_places import PlaceFit
-    from inverse.bands.band_places import _moved as moved
-    from inverse.bands.band_places import _sums as sums
 
     rows, banded = started
     data = band_data(rows, banded.grid, banded.source)
-    weights = np.ones((len(rows), banded.grid.bands))
-    low = banded.grid.centers < 1500
     at = PlaceFit(banded, data, np.zeros((len(rows), 6)), np.zeros((11, 11)))
+    return at, banded.grid.centers < 1500, np.ones((len(rows), banded.grid.bands))
+
+
+def test_derivatives_by_geometry_and_places_are_those_of_the_misfit(started, unmoved):
+    from inverse.bands.band_places import _moved as moved
+    from inverse.bands.band_places import _sums as sums
+
+    at, low, weights = unmoved
     _, right, _ = sums(at, low, weights, curved=False)
     # levels and slants move as well and are not counted
     for column, size in ((0, 1e-6), (4, 1e-6), (8, 1e-6), (9, 1e-4), (10, 1e-4)):
@@ -141,7 +147,7 @@ def test_derivatives_by_geometry_and_places_are_those_of_the_misfit(started):
         slope = (up - down) / (2 * size)
         wanted = -2 * right[:, column]
         assert np.linalg.norm(slope - wanted) < 0.15 * np.linalg.norm(wanted)
-    moves = np.zeros((len(rows), 6))
+    moves = np.zeros((len(started[0]), 6))
     moves[:, 2] = 1e-6
     up, down = (
         sums(moved(at, np.zeros(11), way * moves), low, weights, curved=False)[2]
@@ -152,15 +158,10 @@ def test_derivatives_by_geometry_and_places_are_those_of_the_misfit(started):
     assert np.linalg.norm(gap) < 0.15 * np.linalg.norm(wanted)
 
 
-def test_curvature_of_places_leads_where_slopes_lead(started):
-    from inverse.bands.band_places import PlaceFit
+def test_curvature_of_places_leads_where_slopes_lead(unmoved):
     from inverse.bands.band_places import _sums as sums
 
-    rows, banded = started
-    data = band_data(rows, banded.grid, banded.source)
-    weights = np.ones((len(rows), banded.grid.bands))
-    low = banded.grid.centers < 1500
-    at = PlaceFit(banded, data, np.zeros((len(rows), 6)), np.zeros((11, 11)))
+    at, low, weights = unmoved
     square, right, misfit = sums(at, low, weights)
     again = sums(at, low, weights, curved=False)
     assert not again[0].any()

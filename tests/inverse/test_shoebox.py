@@ -10,7 +10,6 @@ from inverse.find import _room_alarms, room_in_rows
 from inverse.paths.bank import PulseBank, ideal_bank
 from inverse.paths.box_fit import Step, _active, _sums, level_errors
 from inverse.paths.room import OMNI, BoxRoom
-from inverse.walls.box import OrientedBox
 
 WALLS = np.array([0.9, 0.8, 0.85, 0.8, 0.7, 0.85])
 
@@ -78,18 +77,19 @@ def test_few_rows_are_answered_by_the_nearest(box_set):
     assert_allclose(predicted(heard, few), few.responses, rtol=1e-6, atol=1e-7)
 
 
-def test_derivatives_are_those_of_the_rendering(box_set):
+def test_derivatives_are_those_of_the_rendering(box_set, centred_box):
     rows = box_set.rows(np.array([0, 40, 80]))
-    box = OrientedBox(
-        np.eye(3),
-        np.array([2.5, 2.0, 1.4]),
-        np.array([-2.5, -2.0, -1.4]),
-        np.array([2.5, 2.0, 1.4]),
-        np.ones(6),
-    )
     emitting = np.array([1.8])
     room = BoxRoom(
-        box, 343.2, 1e-3, WALLS, emitting, OMNI, ideal_bank(48, 0.5), 16000.0, order=2
+        centred_box,
+        343.2,
+        1e-3,
+        WALLS,
+        emitting,
+        OMNI,
+        ideal_bank(48, 0.5),
+        16000.0,
+        order=2,
     )
     active = _active(room, Step(4000.0, 2, 1))
     weights = np.ones(len(rows))

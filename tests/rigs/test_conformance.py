@@ -1,7 +1,10 @@
 """What every kind of rig in the table must do."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+import yaml
 
 from rigs import RIGS, Rig, Surroundings, VirtualClock
 from rir.errors import OutOfReachError, RigError
@@ -14,16 +17,7 @@ ENVELOPE = {
     "clearance_m": 0.1,
 }
 DIALOGUE = {
-    "dialogue": {
-        "move": "A{position:.2f}",
-        "acknowledge": "OK",
-        "refuse": r"\?",
-        "done": r"\^",
-        "position": "P",
-        "answer": r"P(-?\d+\.\d+)",
-        "home": "H",
-        "stop": "S",
-    }
+    "dialogue": yaml.safe_load(Path(__file__).with_name("turntable.yaml").read_text())
 }
 EXAMPLES = {
     "simulated": {"envelope": ENVELOPE},

@@ -1,5 +1,8 @@
+from pathlib import Path
+
 import numpy as np
 import pytest
+import yaml
 
 from rigs import VirtualClock
 from rigs.dialogue.controller import Dialogue, DialogueController, DialogueOptions
@@ -8,16 +11,7 @@ from rigs.firmware.turntable import TurntableFirmware
 from rigs.lines.direct import DirectLine
 from rir.errors import OutOfReachError, RigError
 
-FULL = {
-    "move": "A{position:.2f}",
-    "acknowledge": "OK",
-    "refuse": r"\?",
-    "done": r"\^",
-    "position": "P",
-    "answer": r"P(-?\d+\.\d+)",
-    "home": "H",
-    "stop": "S",
-}
+FULL = yaml.safe_load(Path(__file__).with_name("turntable.yaml").read_text())
 
 
 def bench(silent=False, *, words):

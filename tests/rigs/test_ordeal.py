@@ -12,6 +12,12 @@ from benchmarks.rig_ordeal import (
     run_sequence,
 )
 
+repeatable = settings(
+    max_examples=60,
+    deadline=None,
+    derandomize=True,
+    suppress_health_check=[HealthCheck.too_slow],
+)
 faults = st.builds(
     Fault,
     kind=st.sampled_from(FAULTS),
@@ -23,24 +29,14 @@ faults = st.builds(
 
 @pytest.mark.slow
 @given(seed=st.integers(0, 2**32 - 1))
-@settings(
-    max_examples=60,
-    deadline=None,
-    derandomize=True,
-    suppress_health_check=[HealthCheck.too_slow],
-)
+@repeatable
 def test_random_sequences_break_no_rule(seed):
     run_sequence(seed)
 
 
 @pytest.mark.slow
 @given(seed=st.integers(0, 2**32 - 1))
-@settings(
-    max_examples=20,
-    deadline=None,
-    derandomize=True,
-    suppress_health_check=[HealthCheck.too_slow],
-)
+@settings(repeatable, max_examples=20)
 def test_lost_steps_are_found_by_confirming(seed):
     run_sequence(seed, calls=2, lost_steps=True)
 
@@ -50,12 +46,7 @@ def test_lost_steps_are_found_by_confirming(seed):
     planned=st.lists(st.lists(faults, max_size=3), min_size=1, max_size=3),
     seed=st.integers(0, 1000),
 )
-@settings(
-    max_examples=60,
-    deadline=None,
-    derandomize=True,
-    suppress_health_check=[HealthCheck.too_slow],
-)
+@repeatable
 def test_chosen_faults_break_no_rule(planned, seed):
     rng = np.random.default_rng(seed)
     ordeal = Ordeal(seed)

@@ -86,12 +86,8 @@ def test_convex_rooms_have_no_edges_and_no_ways():
     assert ways.gain.shape == (0, 7)
 
 
-def test_screen_bends_at_its_free_rim_only():
-    box = MeshGeometry.box((6, 5, 3))
-    screen = np.array([[3, 0, 0], [3, 3, 0], [3, 3, 3], [3, 0, 3]])
-    vertices = np.concatenate([box.vertices + box.origin, screen])
-    faces = np.concatenate([box.faces, [[8, 9, 10], [8, 10, 11]]])
-    room = MeshGeometry.from_arrays(vertices, faces)
+def test_screen_bends_at_its_free_rim_only(screened_box):
+    room = screened_box(3)
     rims = find_edges(room, least_opening_deg=300)
     assert len(rims) == 1
     ways = diffracted_paths(room, [1, 1, 1], [[5, 1, 1.2]], **PLAIN)

@@ -111,7 +111,7 @@ def test_no_order_is_counted_twice_where_images_hand_over_to_rays(order):
     assert abs(10 * np.log10(np.mean(energy) / expected)) < 0.4
 
 
-def test_grid_and_images_agree_below_the_crossover():
+def test_grid_and_images_agree_below_the_crossover(faded_spectrum):
     scene = Scene.shoebox(SIZE, absorption=0.0)
     grid = WaveGrid(scene, 400.0)
     low = grid.responses(A.position, B.position[None], 0.25)[0]
@@ -119,13 +119,8 @@ def test_grid_and_images_agree_below_the_crossover():
         scene, A, B, sample_rate=4000, duration=0.25, effects=["direct", "specular"]
     ).responses[0, 0]
     f = np.arange(30, 160, 1.0)
-
-    def spectrum(samples, rate):
-        n = np.arange(len(samples))
-        fade = np.cos(np.pi / 2 * n / len(n)) ** 2
-        return (samples * fade) @ np.exp(-2j * np.pi * np.outer(n / rate, f))
-
-    one, two = spectrum(low, grid.sample_rate), spectrum(high, 4000)
+    one = faded_spectrum(low, grid.sample_rate, f)
+    two = faded_spectrum(high, 4000, f)
     assert np.linalg.norm(one - two) < 0.1 * np.linalg.norm(two)
 
 

@@ -129,12 +129,8 @@ def test_gains_are_reflections_over_length():
     np.testing.assert_allclose(gains[:, 0], 0.8**paths.order / paths.length)
 
 
-def test_a_screen_reflects_on_both_sides_and_hides():
-    box = MeshGeometry.box((6, 5, 3))
-    screen = np.array([[3, 0, 0], [3, 5, 0], [3, 5, 3], [3, 0, 3]])
-    vertices = np.concatenate([box.vertices + box.origin, screen])
-    faces = np.concatenate([box.faces, [[8, 9, 10], [8, 10, 11]]])
-    room = MeshGeometry.from_arrays(vertices, faces)
+def test_a_screen_reflects_on_both_sides_and_hides(screened_box):
+    room = screened_box(5)
     ways = find_paths(room, [1, 2, 1], [[2, 2, 1], [5.2, 2, 1]], max_order=1)
     assert np.bincount(ways.listener, minlength=2).tolist() == [7, 0]
     ways = find_paths(room, [5, 2, 1], [[4, 2, 1]], max_order=1)

@@ -56,7 +56,9 @@ def modal_response(times, c, emitting, listening):
     ],
     ids=["two monopoles", "a dipole", "dipole to a mixture"],
 )
-def test_devices_in_a_rigid_box_are_the_gradients_of_the_modal_sum(emitting, listening):
+def test_devices_in_a_rigid_box_are_the_gradients_of_the_modal_sum(
+    emitting, listening, faded_spectrum
+):
     scene = Scene.shoebox(SIZE, absorption=0.0)
     grid, c = WaveGrid(scene, 700.0), scene.speed_of_sound
 
@@ -72,13 +74,8 @@ def test_devices_in_a_rigid_box_are_the_gradients_of_the_modal_sum(emitting, lis
     times = np.arange(0, 0.15, 1 / 6000)
     exact = modal_response(times, c, emitting, listening) / 6000
     f = np.arange(40.0, 240.0, 1.0)
-
-    def spectrum(samples, rate):
-        n = np.arange(len(samples))
-        fade = np.cos(np.pi / 2 * n / len(n)) ** 2
-        return (samples * fade) @ np.exp(-2j * np.pi * np.outer(n / rate, f))
-
-    made, wanted = spectrum(low, grid.sample_rate), spectrum(exact, 6000)
+    made = faded_spectrum(low, grid.sample_rate, f)
+    wanted = faded_spectrum(exact, 6000, f)
     assert np.linalg.norm(made - wanted) < 0.05 * np.linalg.norm(wanted)
 
 
