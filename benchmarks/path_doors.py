@@ -239,7 +239,7 @@ def shape_scores(
         "edge_cm": 100 * float(np.abs(np.sort(ways[:, 1]) - house.hole[:2]).max()),
         "thick_cm": 100 * abs(found.thick - house.thick),
         "first_samples": float(np.sqrt((gap**2).mean()) / SPEED * RATE),
-        "lintel_told": float(opening.told[3]),
+        "lintel_told": float(opening.known[3]),
     }  # fmt: skip
 
 

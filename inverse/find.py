@@ -267,7 +267,7 @@ def _fitted(
     direct = scan.direct
     reach_m = reach_s * rows.speed_of_sound
     convex = try_convex(rows, direct, scan.planes, reach_m, listening)
-    if convex is not None and convex.plain:
+    if convex is not None and convex.is_clean:
         return _settled(rows, convex.fitted, listening), alarms
     boxes = [box for box in scan.boxes if box.found.sum() >= LEAST_WALLS]
     if not boxes:
@@ -276,7 +276,7 @@ def _fitted(
     try:
         found = search_box(rows, direct, boxes, scan.signals)
         # of one loudspeaker turned away few direct sounds tell; a whole box may
-        if not clear and found.left > TOLD:
+        if not clear and found.unexplained > TOLD:
             return Settled(None), [NO_DIRECT]
         reach_m = _longest(rows, found.box, reach_s)
         listed_s = reach_m / (AHEAD * rows.speed_of_sound) + direct.latency_s

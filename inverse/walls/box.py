@@ -5,22 +5,32 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from inverse.walls.scan import FoundPlane, ScanSignals, judge_planes
+from inverse.walls.scan import (
+    REACH_M,
+    SURE_Z,
+    FoundPlane,
+    ScanSignals,
+    judge_planes,
+)
 
 __all__ = ["OrientedBox", "assemble_boxes", "walled"]
 
 FloatArray = NDArray[np.float64]
-FAR_M = 500.0
-SQUARE = np.sin(np.radians(3.0))
-ALONG_STEP_M = 0.01
-ALONG_REACH_M = 9.0
-FINE_STEP_M, FINE_STEPS = 0.004, 5
-SURE_Z = 4.0
-SURE_ALONG = 5.0
+FAR_M = 500.0  # stands for no wall: no response is as long
+SQUARE_DEG = 3.0  # found planes are off by as much as the normals of the scan are apart
+SQUARE = np.sin(np.radians(SQUARE_DEG))
+ALONG_STEP_M = 0.01  # an echo moves by 2 cm, a fifth of a wave of the widest band
+FINE_STEP_M, FINE_STEPS = 0.004, 5  # 2 cm to both sides: two steps before
+SURE_ALONG = 5.0  # pooled score; more than a plane's: it is the best of 900 offsets
 FAINT = 0.35
+"""Of the strongest along a normal. Lower, ripple before a wall passes for it; higher,
+walls behind a cardioid are missed (decision 0054)."""
 UPRIGHT, FRAMES = 2.0, 8
-FLAT_M = 0.1
-SAME_WALL_M = 0.15
+"""Rooms with a level floor are likelier: such a frame counts twice. Each frame costs a
+fit; with eight, phantoms of a single emitter leave the true one among them."""
+FLAT_M = 0.1  # places of less extent lie in one plane: their walls have mirror twins
+SAME_WALL_M = 0.15  # two echoes closer than 0.3 m of path are one wall's
+SAME_WALL_DEG = 1.5  # of two rooms; wider, walls that differ become one
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,10 +44,10 @@ class OrientedBox:
     origin : ndarray, shape (3,)
         A point inside, from which the walls are measured.
     low, high : ndarray, shape (3,)
-        Walls along each axis, relative to the origin; beyond `FAR_M` where no
-        wall was heard.
+        Walls along each axis, relative to the origin; `FAR_M` away where no
+        wall was found.
     z : ndarray, shape (6,)
-        How clearly each wall was heard (low x, high x, low y, ...); 0 if not.
+        How clearly each wall was found (low x, high x, low y, ...); 0 if not.
     """
 
     axes: FloatArray
@@ -129,7 +139,7 @@ def _likely_axes(planes: list[FoundPlane]) -> list[FloatArray]:
         scored.append((_fit_of(frame, planes) * (UPRIGHT if upright else 0.5), frame))
     kept: list[FloatArray] = []
     for _, frame in sorted(scored, key=lambda one: -one[0]):
-        axes = _ordered(_settled(frame, planes))
+        axes = _ordered(_averaged(frame, planes))
         if all(np.abs(np.diag(axes @ other.T) - 1).max() > 2e-3 for other in kept):
             kept.append(axes)
         if len(kept) == FRAMES:
@@ -146,8 +156,8 @@ def _upright(normal: FloatArray) -> FloatArray:
 
 
 def _squared(frame: FloatArray) -> FloatArray:
-    left, _, right = np.linalg.svd(frame)
-    return left @ right
+    before, _, after = np.linalg.svd(frame)
+    return before @ after
 
 
 def _shares(frame: FloatArray, planes: list[FoundPlane]) -> FloatArray:
@@ -168,7 +178,7 @@ def _fit_of(frame: FloatArray, planes: list[FoundPlane]) -> float:
     return total
 
 
-def _settled(frame: FloatArray, planes: list[FoundPlane]) -> FloatArray:
+def _averaged(frame: FloatArray, planes: list[FoundPlane]) -> FloatArray:
     """Return the frame averaged over all planes square to it."""
     shares = _shares(frame, planes)
     normals = np.array([plane.normal for plane in planes])
@@ -196,7 +206,7 @@ def _along(
 ) -> list[FoundPlane]:
     """Return walls along one normal, the nearest first."""
     first = float((ends @ normal).min()) + 0.02
-    steps = np.arange(round(ALONG_REACH_M / ALONG_STEP_M), dtype=np.float64)
+    steps = np.arange(round(REACH_M / ALONG_STEP_M), dtype=np.float64)
     offsets = first - ALONG_STEP_M * steps
     planes: FloatArray = np.empty((len(offsets), 4))
     planes[:, :3], planes[:, 3] = normal, offsets

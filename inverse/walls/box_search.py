@@ -14,29 +14,29 @@ from inverse.paths.room import BoxRoom
 from inverse.rows.direct import DirectSound
 from inverse.rows.fitset import FitSet
 from inverse.rows.low_sound import LowSound, Trial
-from inverse.walls.box import FAR_M, OrientedBox, walled
+from inverse.walls.box import FAR_M, SAME_WALL_M, OrientedBox, walled
 from inverse.walls.scan import ScanSignals
 
 __all__ = ["SearchedBox", "search_box"]
 
 FloatArray = NDArray[np.float64]
-TURNS, MOVING_TURNS = 2, 6
-SWEPT_ROWS, SWEPT_ORDER = 24, 8
+TURNS, MOVING_TURNS = 2, 6  # of a fit of factors, and of walls and factors
+SWEPT_ROWS, SWEPT_ORDER = 24, 8  # a sweep ranks places only; few rows and images do
 STEP_M, REACH_M, NEAREST_M = 0.05, 7.0, 0.03
-BEST = 5
-APART_M = 0.15
-ROUNDS = 3
-CLEAR = 0.01
-"""A box that leaves less of the low sound is the room."""
-BETTER = 0.97
+"""Places of a sweep: 0.1 m of path apart, a quarter of a wave of 800 Hz, from clear of
+the poses to where a wall's first echo nears the end of the 50 ms that are looked at."""
+BEST = 5  # deepest dips of a sweep that are fitted (decision 0067)
+ROUNDS = 3  # a wall put right moves the best places of others
+CLEAR = 0.01  # a box that leaves less of the low sound is the room
+BETTER = 0.97  # of what is unexplained: a place is kept for 3 % less (decision 0067)
 POOR, FEW_PLACES, YAW_STEP_DEG = 0.1, 3, 1.5
-STILL = 0.3
-"""Part of what walls should explain that a poor box leaves."""
-FIRST_FACTOR = 0.75
-IDLE, UNSURE = 1.01, 1.15
+"""A box that leaves a tenth, heard from so few places, may stand in another frame:
+upright ones are tried, no farther apart than a fit of the geometry turns."""
+STILL = 0.3  # part of what walls should explain that a poor box leaves
+TRIED_FACTOR = 0.75  # of a wall put elsewhere, before its fit: a common plaster's
+NEEDLESS, UNSURE = 1.01, 1.15
 """A wall that is left out, and one that is doubted; see `SearchedBox.doubts`."""
-SILENT = 0.02
-"""Reflection factor of no wall."""
+SILENT = 0.02  # reflection factor of no wall
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +49,7 @@ class SearchedBox:
         The walls.
     room : BoxRoom
         Its walls, their factors and the emitter's pattern, as the low sound tells.
-    left : float
+    unexplained : float
         Part of the low energy it leaves.
     doubts : ndarray, shape (6,)
         What is left over if a wall stood elsewhere or nowhere, over what is left
@@ -58,13 +58,13 @@ class SearchedBox:
 
     box: OrientedBox
     room: BoxRoom
-    left: float
+    unexplained: float
     doubts: FloatArray
 
     @property
     def unsure(self) -> list[int]:
         """Walls that could nearly as well stand elsewhere or nowhere."""
-        if self.left < POOR:
+        if self.unexplained < POOR:
             return []
         return np.flatnonzero(self.box.found & (self.doubts < UNSURE)).tolist()
 
@@ -90,14 +90,14 @@ def search_box(
         emitter places and none of the boxes explains the rows.
     """
     low = LowSound.of(rows, direct)
-    best, doubts = _settled(low, boxes)
+    best, doubts = _best_box(low, boxes)
     air = low.tried(low.room(_without_walls(best.box)), TURNS)
     poor = best.left > min(POOR, STILL * air.left)
     if poor and signals is not None and rows.n_places <= FEW_PLACES:
-        other, others = _settled(low, [walled(signals, one) for one in _upright()])
+        other, others = _best_box(low, [walled(signals, one) for one in _upright()])
         if other.left < BETTER * best.left:
             best, doubts = other, others
-    best = _without_idle(low, best, doubts)
+    best = _without_needless(low, best, doubts)
     return SearchedBox(best.box, low.told(best.room), best.left, doubts)
 
 
@@ -105,13 +105,14 @@ def _without_walls(box: OrientedBox) -> OrientedBox:
     return replace(box, low=np.full(3, -FAR_M), high=np.full(3, FAR_M), z=np.zeros(6))
 
 
-def _without_idle(low: LowSound, best: Trial, doubts: FloatArray) -> Trial:
+def _without_needless(low: LowSound, best: Trial, doubts: FloatArray) -> Trial:
     """Return the room without walls that explain nothing: none is invented."""
-    idle = best.box.found & ((doubts < IDLE) | (np.abs(best.room.walls) < SILENT))
-    for wall in np.flatnonzero(idle):
+    silent = np.abs(best.room.walls) < SILENT
+    needless = best.box.found & ((doubts < NEEDLESS) | silent)
+    for wall in np.flatnonzero(needless):
         # two that stand in for each other must not both go
         fewer = low.tried(_with_wall(best.room, int(wall), None), TURNS)
-        if fewer.left < IDLE * max(best.left, CLEAR):
+        if fewer.left < NEEDLESS * max(best.left, CLEAR):
             best = fewer
     return best
 
@@ -124,7 +125,7 @@ def _upright() -> FloatArray:
     return Rotation.from_euler("z", turns[:, None], degrees=True).as_matrix()
 
 
-def _settled(low: LowSound, boxes: list[OrientedBox]) -> tuple[Trial, FloatArray]:
+def _best_box(low: LowSound, boxes: list[OrientedBox]) -> tuple[Trial, FloatArray]:
     """Return the best of the boxes, each wall at its best, and the walls' doubts."""
     trials = [low.tried(low.room(box), TURNS) for box in boxes]
     best = min(trials, key=lambda trial: trial.left)
@@ -164,12 +165,13 @@ def _likely_places(low: LowSound, room: BoxRoom, wall: int) -> list[float]:
     first = float((sign * ends).max()) + NEAREST_M
     places = sign * (first + STEP_M * np.arange(round(REACH_M / STEP_M)))
     plain = replace(room, order=SWEPT_ORDER)
-    left = np.array([low.left(_with_wall(plain, wall, place), few) for place in places])
-    inner = np.concatenate([[np.inf], left, [np.inf]])
-    dips = np.flatnonzero((left <= inner[:-2]) & (left < inner[2:]))
-    dips = dips[np.argsort(left[dips])]
+    tried = [_with_wall(plain, wall, place) for place in places]
+    unexplained = np.array([low.left(one, few) for one in tried])
+    inner = np.concatenate([[np.inf], unexplained, [np.inf]])
+    dips = np.flatnonzero((unexplained <= inner[:-2]) & (unexplained < inner[2:]))
+    dips = dips[np.argsort(unexplained[dips])]
     now = _place(room.box, wall)
-    return [float(p) for p in places[dips] if abs(p - now) > APART_M][:BEST]
+    return [float(p) for p in places[dips] if abs(p - now) > SAME_WALL_M][:BEST]
 
 
 def _place(box: OrientedBox, wall: int) -> float:
@@ -182,7 +184,7 @@ def _with_wall(room: BoxRoom, wall: int, place: float | None) -> BoxRoom:
     moved, far = (high, FAR_M) if wall % 2 else (low, -FAR_M)
     moved[wall // 2] = far if place is None else place
     walls = room.walls.copy()
-    walls[wall] = 1e-3 if place is None else FIRST_FACTOR
+    walls[wall] = 1e-3 if place is None else TRIED_FACTOR
     if place is None:
         z[wall] = 0.0
     return replace(room, box=replace(room.box, low=low, high=high, z=z), walls=walls)

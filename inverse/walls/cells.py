@@ -11,11 +11,12 @@ __all__ = ["Cell", "cut_cells", "enclosed", "label_cells", "shape_of"]
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
-SLIVER = 1e-6
-UNIT = 1000.0
-SURE = 1e7
+SLIVER = 1e-6  # square metres: a cut this small is rounding, not a border
+UNIT = 1000.0  # flows are whole numbers: prices count in thousandths of a square metre
+SURE = 1e7  # price of what must not happen: more than all walls of a house
 INSIDE_PRICE = 0.2
-"""Price of a cubic metre of air nobody has heard of, in square metres of wall."""
+"""Price of a cubic metre of air that no path crosses, in square metres of wall. Dearer,
+nooks are walled off; cheaper, space behind faint walls is taken in."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,17 +173,17 @@ def label_cells(cells: list[Cell], air: BoolArray, support: FloatArray) -> BoolA
             other = number.get(_across(cell.sides, plane)) if plane >= 0 else None
             if other is None:
                 continue
-            heard = max(support[k, plane], support[other, plane])
-            price = _area_vector(polygon)[0] * max(1 - heard, 0.02)
+            known = max(support[k, plane], support[other, plane])
+            price = _area_vector(polygon)[0] * max(1 - known, 0.02)
             links[k, other] = links[other, k] = UNIT * price
     rows, columns = np.array(list(links)).T
     values = np.maximum(np.round(list(links.values())), 1).astype(np.int32)
     graph = csr_matrix((values, (rows, columns)), shape=(count + 2, count + 2))
     flow = maximum_flow(graph, source, sink).flow
-    left = graph - flow
-    left.data = np.maximum(left.data, 0)
-    left.eliminate_zeros()
-    reached = breadth_first_order(left, source, return_predecessors=False)
+    residual = graph - flow
+    residual.data = np.maximum(residual.data, 0)
+    residual.eliminate_zeros()
+    reached = breadth_first_order(residual, source, return_predecessors=False)
     label = np.zeros(count + 2, dtype=bool)
     label[reached] = True
     return label[:count]

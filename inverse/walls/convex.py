@@ -15,39 +15,41 @@ from inverse.paths.polyhedron import Polyhedron
 from inverse.paths.shoebox import FittedRoom
 from inverse.rows.direct import DirectSound
 from inverse.rows.fitset import FitSet
-from inverse.walls.inner_walls import left_over
-from inverse.walls.scan import FoundPlane
+from inverse.walls.box import SQUARE_DEG
+from inverse.walls.inner_walls import JUDGED_ROWS, left_over
+from inverse.walls.scan import SURE_Z, FoundPlane
 from rir import GainPattern
 
 __all__ = ["ConvexTrial", "convex_room", "try_convex"]
 
 FloatArray = NDArray[np.float64]
-SURE_Z, SUPPORT, FAINT = 4.0, 0.6, 0.45
-ALIKE = np.cos(np.radians(20.0))
-OBLIQUE = np.radians(3.0)
-LEAST_AREA, LARGEST_M = 0.1, 60.0
-BETTER, CLEAN = 0.7, 0.003
-SILENT = 0.15
-"""A plane that reflects less is no wall of a room that was heard."""
-JUDGED_ROWS = 120
-FLAT = 1e-6
+SUPPORT = 0.6  # part of the emitters that must speak for a wall, as in decision 0055
+FAINT = 0.45  # of a wall within `ALIKE` of it: fainter ones are that wall tilted
+ALIKE = np.cos(np.radians(20.0))  # wider hides gables, narrower lets tilts pass
+OBLIQUE = np.radians(SQUARE_DEG)
+LEAST_AREA = 0.1  # square metres: a smaller face sends back no echo that could be found
+LARGEST_M = 60.0  # half the side of the space looked at; corners there are open ends
+BETTER = 0.7  # of what a box leaves: a convex room has more to fit with
+CLEAN = 0.003  # about -25 dB: paths explain the room
+SILENT = 0.15  # a plane that reflects less is no wall of a room that was heard
+FLAT = 1e-6  # metres: corners that differ by rounding are one
 
 
 @dataclass(frozen=True, eq=False)
 class ConvexTrial:
-    """Hold a fitted convex room and what it leaves of the rows' energy."""
+    """Hold a fitted convex room and the part of the energy it leaves unexplained."""
 
     fitted: FittedMesh
-    left: float
+    unexplained: float
 
     def beats(self, rows: FitSet, box: FittedRoom) -> bool:
         """Return whether it leaves clearly less than a box does."""
-        return self.left < BETTER * left_over(rows.spread(JUDGED_ROWS), box)
+        return self.unexplained < BETTER * left_over(rows.spread(JUDGED_ROWS), box)
 
     @property
-    def plain(self) -> bool:
+    def is_clean(self) -> bool:
         """Whether hardly anything is left: no box need be asked."""
-        return self.left < CLEAN
+        return self.unexplained < CLEAN
 
 
 def try_convex(

@@ -57,7 +57,7 @@ class PairsAcross:
 def find_doorway(
     one: OrientedBox, other: OrientedBox, pairs: PairsAcross
 ) -> tuple[OrientedBox, OrientedBox, Opening, bool] | None:
-    """Return two rooms, the opening between them, and whether its depth was told.
+    """Return two rooms, the opening between them, and whether its depth is known.
 
     Where one of the two faces of the wall was not heard, the way sound bends round
     the opening says how thick the wall is.
@@ -72,9 +72,9 @@ def find_doorway(
         half = half_slab(before, behind, seen.second)
         if half is None:
             continue
-        opening, told = find_thickness(half, seen.first, seen.second, seen.lengths)
+        opening, known = find_thickness(half, seen.first, seen.second, seen.lengths)
         if opening is not None:
             behind = with_face(behind, opening.slab)
             first, second = (before, behind) if before is one else (behind, before)
-            return first, second, opening, told
+            return first, second, opening, known
     return None

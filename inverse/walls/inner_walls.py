@@ -19,19 +19,18 @@ from rir import GainPattern
 
 __all__ = ["InnerWalls", "find_inner_walls"]
 
-WORTH_OPENING = 0.02
-"""A box that leaves less of the energy is one."""
+WORTH_OPENING = 0.02  # a box that leaves less of the energy is one
 BETTER, EXPLAINING = 0.9, 0.1
-"""Room for error left, or part of what the box explains gained."""
-SURELY, MOST_TRIED = 0.5, 4
-JUDGED_ROWS = 120
-FEW_ROWS, CLEAR = 30, 1e-3
-"""A few rows show that nothing is left to look for."""
+"""A tenth less error, or a tenth more of the energy, than the box (decision 0055)."""
+SURELY = 0.5  # walls that one emitter speaks for must halve the rest (decision 0067)
+MOST_TRIED = 4  # rooms with such walls: each costs a fit of the whole
+JUDGED_ROWS = 120  # that judge: fewer scatter, more cost a rendering each
+FEW_ROWS, CLEAR = 30, 1e-3  # so few rows show that nothing is left to look for
 
 
 @dataclass(frozen=True, eq=False)
 class InnerWalls:
-    """Hold a room of flat faces, None where the box stands, and what to tell."""
+    """Hold a room of flat faces, None where the box stands, and its alarms."""
 
     fitted: FittedMesh | None
     alarms: list[str] = field(default_factory=list)
@@ -64,9 +63,9 @@ def find_inner_walls(
         opened, after = None, before
     if opened is None or not outline.closed:
         for other in islice(other_outlines(clues), MOST_TRIED):
-            tried, left = judge.tried(other)
+            tried, rest = judge.tried(other)
             # walls of one emitter must explain what nothing else does
-            if left < SURELY * after:
+            if rest < SURELY * after:
                 return InnerWalls(tried)
     if opened is not None:
         return InnerWalls(opened, [] if outline.closed else [OPEN])
@@ -94,9 +93,11 @@ class _Judge:
         """Return the fitted room and the part of the energy it leaves."""
         if outline.shape is None:
             return None, np.inf
-        told = self.rows, self.direct, outline.shape, self.reach_m, self.listening
+        shape = outline.shape
         try:
-            fitted = fit_polyhedron(*told)
+            fitted = fit_polyhedron(
+                self.rows, self.direct, shape, self.reach_m, self.listening
+            )
         except np.linalg.LinAlgError:
             return None, np.inf
         return fitted, left_over(self.few, fitted)
@@ -106,10 +107,10 @@ OPEN = "the walls found leave the room open: some were not heard, none is invent
 
 
 def left_over(rows: FitSet, fitted: FittedRoom | FittedMesh) -> float:
-    """Return the part of the rows' energy that paths do not tell."""
-    told = fitted.predict(rows.emitters, rows.listeners, rows.n_samples)
+    """Return the part of the rows' energy that paths leave unexplained."""
+    predicted = fitted.predict(rows.emitters, rows.listeners, rows.n_samples)
     power = max(float((rows.responses**2).sum()), 1e-300)
-    return float(((rows.responses - told) ** 2).sum()) / power
+    return float(((rows.responses - predicted) ** 2).sum()) / power
 
 
 def _worded(plane: np.ndarray) -> str:

@@ -18,32 +18,32 @@ from inverse.walls.box import OrientedBox
 from inverse.walls.doorway import PairsAcross, find_doorway
 from inverse.walls.inner_walls import BETTER, EXPLAINING, JUDGED_ROWS, left_over
 from inverse.walls.opening import Opening
-from inverse.walls.room_boxes import hear_boxes
+from inverse.walls.room_boxes import LEAST_ROWS, find_boxes
 from inverse.walls.slabs import joined_shape
 from rir import GainPattern
 
 __all__ = ["JoinedRooms", "find_joined", "join_rooms"]
 
 FloatArray = NDArray[np.float64]
-WORTH_JOINING = 0.05
-LEAST_ROWS, LEAST_CLEARNESS = 12, 4.0
+WORTH_JOINING = 0.05  # what one room leaves; a door hides more than that
+LEAST_CLEARNESS = 4.0  # of direct sounds; fainter ones do not tell who sees whom
 EDGES = ("one side", "the other side", "lower edge", "upper edge")
 
 
 @dataclass(frozen=True, eq=False)
 class JoinedRooms:
-    """Hold rooms put together, and what to tell of them.
+    """Hold rooms put together, and their alarms.
 
     Parameters
     ----------
     shape : Polyhedron or None
-        The rooms with the holes between them; None where they could not be told.
+        The rooms with the holes between them; None where they were not all found.
     boxes : list of OrientedBox
         The rooms.
     openings : list of Opening
         Holes between them.
     alarms : list of str
-        What was not heard.
+        What was not found.
     """
 
     shape: Polyhedron | None
@@ -59,7 +59,7 @@ def join_rooms(
     reach_s: float,
     listening: GainPattern | None = None,
 ) -> tuple[FittedRoom | FittedMesh | None, list[str]]:
-    """Return several rooms where they tell the rows better than what stands.
+    """Return several rooms where they explain the rows better than what stands.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def join_rooms(
     fitted : FittedRoom, FittedMesh or None
         What was found as one room.
     alarms : list of str
-        What is to be said of it.
+        Its alarms.
     reach_s : float
         Longest path, seconds.
     listening : GainPattern, optional
@@ -79,7 +79,7 @@ def join_rooms(
     FittedRoom, FittedMesh or None
         Several rooms, or `fitted` as it was.
     list of str
-        What is to be said of what is returned.
+        Alarms of what is returned.
     """
     if rows.n_places < 2 or len(rows) < 2 * LEAST_ROWS:
         return fitted, alarms
@@ -130,7 +130,7 @@ def find_joined(
         rows.rows(np.flatnonzero((numbers[0] == k) & (numbers[1] == k)))
         for k in range(regions.count)
     ]
-    boxes = hear_boxes(own, direct)
+    boxes = find_boxes(own, direct)
     arrivals = _arrivals(rows, direct, sight)
     openings: list[Opening] = []
     alarms: list[str] = []
@@ -143,16 +143,16 @@ def find_joined(
         pairs = PairsAcross.of(ends, rooms.all(axis=0), turned.all(axis=0), arrivals)
         found = find_doorway(one, other, pairs)
         if found is not None:
-            boxes[first], boxes[second], opening, told = found
+            boxes[first], boxes[second], opening, known = found
             openings.append(opening)
-            alarms += _words(opening, told)
-    heard = [box for box in boxes if box is not None and box.found.all()]
-    if len(heard) < len(boxes):
+            alarms += _opening_alarms(opening, known)
+    whole = [box for box in boxes if box is not None and box.found.all()]
+    if len(whole) < len(boxes):
         alarms = [_unseen(ends[1][numbers[1] == k]) for k in _poor(boxes)]
-        return JoinedRooms(None, heard, openings, alarms)
+        return JoinedRooms(None, whole, openings, alarms)
     if len(openings) < len(boxes) - 1:
-        return JoinedRooms(None, heard, openings, [SHUT])
-    return JoinedRooms(joined_shape(heard, openings), heard, openings, alarms)
+        return JoinedRooms(None, whole, openings, [SHUT])
+    return JoinedRooms(joined_shape(whole, openings), whole, openings, alarms)
 
 
 SHUT = (
@@ -180,11 +180,11 @@ def _unseen(places: FloatArray) -> str:
     )
 
 
-def _words(opening: Opening, told: bool) -> list[str]:
+def _opening_alarms(opening: Opening, known: bool) -> list[str]:
     """Say which edges of a hole stand where they do for want of sound."""
-    missing = [EDGES[k] for k in (0, 1, 3) if not opening.told[k]]
+    missing = [EDGES[k] for k in (0, 1, 3) if not opening.known[k]]
     thick = f"{100 * opening.slab.thick:.0f} cm"
-    thin = [] if told else [f"the wall between two rooms is {thick} thick or about so"]
+    thin = [] if known else [f"the wall between two rooms is {thick} thick or about so"]
     if not missing:
         return thin
     return [

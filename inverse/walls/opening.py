@@ -13,15 +13,20 @@ __all__ = ["Opening", "Slab", "find_opening", "find_thickness"]
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
-WIDTH_M = 0.015
-COARSE_M, STEPS_M = 0.15, (0.05, 0.01, 0.003)
-REACH = 8
-ROUNDS = 2
-LEAST_M = 0.2
-TOLD = 4.0
-"""Gain, in nepers, that an edge has to bring over leaving the hole open there."""
+WIDTH_M = 0.015  # three times the error of first arrivals (decision 0065)
+COARSE_M, STEPS_M = 0.15, (0.05, 0.01, 0.003)  # metres, coarse to fine
+REACH = 8  # steps to both sides: past one step of the stage before
+ROUNDS = 2  # edges depend little on each other
+LEAST_M = 0.2  # a narrower hole is no door
+KNOWN = 4.0
+"""Gain, in nepers, that an edge has to bring over leaving the hole open there: 55 times
+as likely."""
 THIN_M, THICK_STEP_M, FINE_THICK_M = 0.02, 0.06, (0.012, 0.003)
-AGREEING_M, LEAST_AGREEING, LEAST_PAIRS = 0.05, 0.6, 12
+"""From a board on; then four finer steps to both sides, twice."""
+AGREEING_M, LEAST_AGREEING = 0.05, 0.6
+"""Arrivals that are read wrong, or come another way, are off by more than 5 cm; where
+most are, this is not the hole."""
+LEAST_PAIRS = 12  # more than twice the five numbers of a hole in a wall
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +65,7 @@ class Opening:
         The wall.
     hole : ndarray, shape (4,)
         Low and high end along the wall, low and high end up, in its frame.
-    told : ndarray of bool, shape (4,)
+    known : ndarray of bool, shape (4,)
         Which ends first arrivals tell; the others stand where the rooms end.
     agreeing : float
         Part of the pairs whose first arrival it tells within 5 cm.
@@ -68,7 +73,7 @@ class Opening:
 
     slab: Slab
     hole: FloatArray
-    told: BoolArray
+    known: BoolArray
     agreeing: float
 
     def ways(self, first: FloatArray, second: FloatArray) -> FloatArray:
@@ -102,16 +107,16 @@ def find_opening(
     search = _Search(ends[0][held], ends[1][held], slab.thick, lengths[held])
     hole = search.refined(search.started(slab.limits), slab.limits)
     best = search.cost(hole)
-    told = np.zeros(4, dtype=bool)
+    known = np.zeros(4, dtype=bool)
     for side in range(4):
         wide = hole.copy()
         wide[side] = slab.limits[side]
-        told[side] = search.cost(wide) - best > TOLD
-    hole = np.where(told, hole, slab.limits)
-    opening = Opening(slab, hole, told, 0.0)
+        known[side] = search.cost(wide) - best > KNOWN
+    hole = np.where(known, hole, slab.limits)
+    opening = Opening(slab, hole, known, 0.0)
     gap = np.abs(opening.ways(first[held], second[held]) - lengths[held])
     agreeing = float((gap < AGREEING_M).mean())
-    if agreeing < LEAST_AGREEING or not told[:2].any():
+    if agreeing < LEAST_AGREEING or not known[:2].any():
         return None
     return replace(opening, agreeing=agreeing)
 
@@ -145,15 +150,15 @@ def find_thickness(
             now = _cost(moved, first, second, lengths)
             if now < costs[best]:
                 opening, costs[best] = moved, now
-    told = min(costs[0], costs[-1]) - costs[best] > TOLD
-    return opening, bool(told)
+    known = min(costs[0], costs[-1]) - costs[best] > KNOWN
+    return opening, bool(known)
 
 
 def _cost(
     opening: Opening, first: FloatArray, second: FloatArray, lengths: FloatArray
 ) -> float:
-    known = np.isfinite(lengths)
-    gap = opening.ways(first[known], second[known]) - lengths[known]
+    finite = np.isfinite(lengths)
+    gap = opening.ways(first[finite], second[finite]) - lengths[finite]
     return float(0.5 * np.log1p((gap / WIDTH_M) ** 2).sum())
 
 

@@ -13,7 +13,13 @@ from inverse.rows.fitset import FitSet
 from inverse.rows.regions import direct_levels, sight_bits
 from inverse.walls.box import OrientedBox, walled
 from inverse.walls.cells import Cell, cut_cells, enclosed, label_cells, shape_of
-from inverse.walls.reentrant import PlaneEvidence, blanked, find_outer, find_reentrant
+from inverse.walls.reentrant import (
+    FRONT_M,
+    PlaneEvidence,
+    blanked,
+    find_outer,
+    find_reentrant,
+)
 from inverse.walls.scan import BANDS_HZ, FoundPlane, ScanSignals, scan_signals
 from inverse.walls.single_emitter_walls import find_single_emitter_walls, nearer_walls
 
@@ -22,18 +28,17 @@ __all__ = ["Clues", "Outline", "find_clues", "find_outline", "other_outlines"]
 IntArray = NDArray[np.int64]
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
-MOST_ROWS = 600
-FAR_M = 30.0
-RAY_STEP_M, LEAST_RAYS = 0.1, 3
-CLEAR_M = 0.05
-FACE_ROWS = 3
+MOST_ROWS = 600  # walls that few rows see need many; time grows with them
+SPACE_M = 30.0  # round all places: cells at its bounds lie outside any room
+RAY_STEP_M, LEAST_RAYS = 0.1, 3  # one ray may be a direct sound that was taken for seen
+FACE_ROWS = 3  # rows that a mean level of a face takes
 WALL_SHARE = 0.6
 """A face is a wall where its mean level is that share of its plane's."""
 
 
 @dataclass(frozen=True, eq=False)
 class Outline:
-    """Hold a room put together and what speaks for its walls.
+    """Hold the outline of a room: its shape and the inner walls it is made of.
 
     Parameters
     ----------
@@ -41,7 +46,7 @@ class Outline:
         Walls between the air and the rest; None where those found inside the outer
         box bound no air.
     found : list of FoundPlane
-        Walls within the outer box that were heard.
+        Walls within the outer box.
     closed : bool
         Whether the walls enclose the air.
     """
@@ -130,7 +135,7 @@ def _outlined(clues: Clues, box: OrientedBox, found: list[FoundPlane]) -> Outlin
     signals, evidence = clues.plain.signals, replace(clues.evidence, box=box)
     planes, inner = _planes(box, found)
     ends = np.concatenate([signals.emitters, signals.listeners])
-    low, high = ends.min(axis=0) - FAR_M, ends.max(axis=0) + FAR_M
+    low, high = ends.min(axis=0) - SPACE_M, ends.max(axis=0) + SPACE_M
     cells = cut_cells(planes, low, high)
     air = _carved(cells, planes, evidence, ends)
     support = _supports(cells, planes, inner, signals, evidence)
@@ -145,8 +150,8 @@ def _seen(rows: FitSet, fitted: FittedRoom) -> BoolArray:
     """Tell for each row whether its direct sound surely arrived."""
     timing = rows.distances, rows.sample_rate, fitted.speed_of_sound
     free = fitted.room.with_order(0, 0)
-    told = free.render(rows.emitters, rows.listeners, rows.n_samples)
-    bits = sight_bits(rows.responses, *timing, direct_levels(told, *timing))
+    alone = free.render(rows.emitters, rows.listeners, rows.n_samples)
+    bits = sight_bits(rows.responses, *timing, direct_levels(alone, *timing))
     return bits == 1
 
 
@@ -164,7 +169,7 @@ def _carved(
 ) -> BoolArray:
     """Tell which cells hold air: those with poses or crossed by direct sounds."""
     air = np.zeros(len(cells), dtype=bool)
-    clear = np.abs(ends @ planes[:, :3].T - planes[:, 3]).min(axis=1) > CLEAR_M
+    clear = np.abs(ends @ planes[:, :3].T - planes[:, 3]).min(axis=1) > FRONT_M
     held = enclosed(cells, planes, ends[clear])
     air[held[held >= 0]] = True
     one = evidence.signals.emitters[evidence.seen]
@@ -190,10 +195,10 @@ def _supports(
     support = np.zeros((len(cells), len(planes)))
     plain = PlaneEvidence(signals, evidence.box, evidence.seen)
     for number, plane in enumerate(planes):
-        heard = evidence if inner[number] else plain
-        points, length, usable = heard.hits(plane)
+        mine = evidence if inner[number] else plain
+        points, length, usable = mine.hits(plane)
         rows = np.flatnonzero(usable)
-        levels = heard.values(rows, length[rows], np.zeros(1))[:, 0]
+        levels = mine.values(rows, length[rows], np.zeros(1))[:, 0]
         others = np.arange(len(planes)) != number
         sides = np.where(points[rows] @ planes[:, :3].T > planes[:, 3], 1, -1)
         faces = _face_levels(sides[:, others], levels)

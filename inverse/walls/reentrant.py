@@ -11,28 +11,34 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from inverse.walls.box import FAR_M, OrientedBox
-from inverse.walls.scan import FoundPlane, ScanSignals, judge_planes
+from inverse.walls.box import ALONG_STEP_M, FAR_M, OrientedBox
+from inverse.walls.scan import (
+    REACH_M,
+    SHIFTS_S,
+    SURE_Z,
+    FoundPlane,
+    ScanSignals,
+    judge_planes,
+)
 
 __all__ = ["PlaneEvidence", "blanked", "find_outer", "find_reentrant"]
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 BLANK_S = (3.2e-4, 3.2e-4, 1.9e-4)
-"""Blanked to each side of arrivals of order 0, 1 and 2."""
-STEP_M, FINE_STEP_M, FINE_STEPS = 0.01, 0.005, 6
-MARGIN_M = 0.3
-LIKELY_POOLED, MOST_LIKELY = 3.0, 10
-APART_M = 0.12
-OPENING_M = 0.25
-FRONT_M = 0.05
-SURE_Z, SPEAKING, LEAST_GROUPS = 4.0, 0.6, 2
+"""Blanked to each side of arrivals of order 0, 1 and 2: a period of 3.5 kHz; less for
+echoes of two walls, which are many and would take too much with them."""
+FINE_STEP_M, FINE_STEPS = 0.005, 6  # 3 cm to both sides, where poses off smear a wall
+MARGIN_M = 0.3  # planes so near the outermost places are the outer walls' own
+LIKELY_POOLED, MOST_LIKELY = 3.0, 10  # worth a closer look, which costs; few are walls
+APART_M = 0.12  # two planes of one direction that are nearer are one wall
+OPENING_M = 0.25  # a direct sound that crosses so near shows an opening (0055)
+FRONT_M = 0.05  # an end nearer to a plane may stand on either side of it
+SPEAKING, LEAST_GROUPS = 0.6, 2  # part of the emitters, and how many (0055)
 SURE_POOLED, OUTER_POOLED = 8.0, 6.0
-OUTER_REACH_M = 9.0
-GROUP_ROWS = 3
-SHIFTS_S = np.concatenate(
-    [[0.0], -np.linspace(3e-3, 6e-4, 9), np.linspace(6e-4, 3e-3, 9)]
-)
+"""Pooled scores of a wall that few emitters light (0055) and of an outer wall, which
+more rows can tell."""
+GROUP_ROWS = 3  # rows of an emitter that a score takes
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +104,8 @@ class PlaneEvidence:
             gap = points[usable, None] - opening
             usable[usable] = (gap**2).sum(axis=2).min(axis=1) > OPENING_M**2
         rows = np.flatnonzero(usable)
-        values = self.values(rows, length[rows], SHIFTS_S * 343.0)
+        shifts = np.append(0.0, SHIFTS_S)
+        values = self.values(rows, length[rows], shifts * 343.0)
         return _found(plane, values, self.signals.groups[rows], least)
 
 
@@ -206,10 +213,10 @@ def find_outer(signals: ScanSignals, box: OrientedBox) -> OrientedBox:
             first = float((ends @ plane[:3]).min()) - 0.02
             tried = [
                 evidence.judged(np.append(plane[:3], first - step), nothing)
-                for step in np.arange(0, OUTER_REACH_M, STEP_M)
+                for step in np.arange(0, REACH_M, ALONG_STEP_M)
             ]
-            heard = [one for one in tried if one is not None]
-            found = max(heard, key=lambda one: one.pooled, default=None)
+            judged = [one for one in tried if one is not None]
+            found = max(judged, key=lambda one: one.pooled, default=None)
         sure = found is not None and _outer(found)
         middle = float(box.axes[axis] @ box.origin)
         z[wall] = found.pooled if sure and found else 0.0
@@ -238,7 +245,9 @@ def _likely(evidence: PlaneEvidence, normal: FloatArray) -> list[FloatArray]:
     """Return planes along a normal worth a closer look."""
     signals = evidence.signals
     heights = np.concatenate([signals.emitters, signals.listeners]) @ normal
-    offsets = np.arange(heights.min() + MARGIN_M, heights.max() - MARGIN_M, STEP_M)
+    offsets = np.arange(
+        heights.min() + MARGIN_M, heights.max() - MARGIN_M, ALONG_STEP_M
+    )
     if len(offsets) == 0:
         return []
     planes = np.column_stack([np.tile(normal, (len(offsets), 1)), offsets])

@@ -1,4 +1,4 @@
-"""The walls of several rooms, each heard by its own pairs in one common frame."""
+"""The walls of several rooms, each found by its own pairs, in one common frame."""
 
 from dataclasses import replace
 
@@ -7,27 +7,35 @@ from numpy.typing import NDArray
 
 from inverse.rows.direct import DirectSound
 from inverse.rows.fitset import FitSet
-from inverse.walls.box import FAR_M, OrientedBox, assemble_boxes, walled
+from inverse.walls.box import (
+    FAR_M,
+    SAME_WALL_DEG,
+    SAME_WALL_M,
+    OrientedBox,
+    assemble_boxes,
+    walled,
+)
 from inverse.walls.scan import ScanSignals, judge_planes, scan_planes, scan_signals
 
-__all__ = ["hear_boxes"]
+__all__ = ["find_boxes"]
 
 FloatArray = NDArray[np.float64]
-SCAN_ROWS, LEAST_ROWS = 120, 12
-MOST_Z = 12.0
+SCAN_ROWS = 120  # more rows sharpen a scan little and cost it in proportion
+LEAST_ROWS = 12  # pairs within one room; fewer find no six walls
+MOST_Z = 12.0  # a score beyond is no surer: loud walls must not outvote faint ones
 OWN_FRAME = 0.8
 """Rooms of one building mostly share a frame; one room alone tells it roughly."""
-LEAST_WALLS = 4
-TURNS_DEG = 0.3, 0.1, 0.03
-ALIGNED_DEG = 1.5
-SAME_WALL_M = 0.15
+LEAST_WALLS = 4  # two directions: what remains may be found from the next room
+TURNS_DEG = 0.3, 0.1, 0.03  # from the scan's error to 3 mm over 6 m
 POOLED, SHARE = 2.0, 0.1
-"""What speaks for a wall that is known from the next room."""
+"""Score and part of the loudest level that do for a wall known from the next room."""
 BEYOND_M, HELD = 0.05, 0.02
-SURE_Z = 6.0
+"""A wall that takes a fiftieth of another room's places in, 5 cm deep, stands too far
+out; single places may be off or in the door."""
+FOUND_Z = 6.0  # a wall below is left out: the rooms' fit would lean on it (0065)
 
 
-def hear_boxes(rooms: list[FitSet], direct: DirectSound) -> list[OrientedBox | None]:
+def find_boxes(rooms: list[FitSet], direct: DirectSound) -> list[OrientedBox | None]:
     """Return the box round the pairs of each room; None where too little is heard.
 
     The clearest room is turned to where its walls are clearest; its attitude is
@@ -53,7 +61,7 @@ def hear_boxes(rooms: list[FitSet], direct: DirectSound) -> list[OrientedBox | N
         if known:
             box = _framed(signals, own, known[0])
         elif own:
-            box = own[0] if own[0].found.all() else _supposed(rooms[k], direct, own)
+            box = own[0] if own[0].found.all() else _searched(rooms[k], direct, own)
             box = _turned(signals, box)
         else:
             return boxes
@@ -70,7 +78,7 @@ def hear_boxes(rooms: list[FitSet], direct: DirectSound) -> list[OrientedBox | N
 
 def _sure(box: OrientedBox) -> OrientedBox:
     """Return the box without walls that too little speaks for."""
-    faint = box.z.reshape(3, 2) < SURE_Z
+    faint = box.z.reshape(3, 2) < FOUND_Z
     return replace(
         box,
         low=np.where(faint[:, 0], -FAR_M, box.low),
@@ -90,26 +98,26 @@ def _framed(
 
 def _turned(signals: list[ScanSignals], box: OrientedBox) -> OrientedBox:
     """Return the box turned by parts of a degree to where its walls are clearest."""
-    plain = _plainness(signals[-1], box)
+    best = _strength(signals[-1], box)
     for step in np.radians(TURNS_DEG):
         for axis in [0, 1, 2, 0, 1, 2]:
             for sign in (-1, 1):
                 while True:
                     turned = box.turned(sign * step * np.eye(3)[axis])
                     tried = walled(signals, turned.axes)
-                    now = _plainness(signals[-1], tried)
-                    if now <= plain or not (tried.found | ~box.found).all():
+                    now = _strength(signals[-1], tried)
+                    if now <= best or not (tried.found | ~box.found).all():
                         break
-                    box, plain = tried, now
+                    box, best = tried, now
     return box
 
 
-def _plainness(signals: ScanSignals, box: OrientedBox) -> float:
+def _strength(signals: ScanSignals, box: OrientedBox) -> float:
     found = judge_planes(signals, box.planes[box.found])
     return float(sum(plane.strength for plane in found))
 
 
-def _supposed(
+def _searched(
     rows: FitSet, direct: DirectSound, boxes: list[OrientedBox]
 ) -> OrientedBox:
     from inverse.walls.box_search import search_box
@@ -184,7 +192,7 @@ def _going_on(
             if found[0].strength < SHARE * loud:
                 continue
             # two rooms speak for it
-            z[wall] = max(found[0].pooled, SURE_Z)
+            z[wall] = max(found[0].pooled, FOUND_Z)
             if upper:
                 high[axis] = -offset - middle
             else:
@@ -195,4 +203,4 @@ def _going_on(
 def _aligned(box: OrientedBox, plane: FloatArray) -> int | None:
     along = box.planes[:, :3] @ plane[:3]
     wall = int(np.argmax(along))
-    return wall if along[wall] > np.cos(np.radians(ALIGNED_DEG)) else None
+    return wall if along[wall] > np.cos(np.radians(SAME_WALL_DEG)) else None

@@ -14,18 +14,22 @@ from numpy.typing import NDArray
 from inverse.rows.direct import DirectSound, whitened
 from inverse.rows.fitset import FitSet
 
-__all__ = ["FoundPlane", "ScanSignals", "scan_planes"]
+__all__ = ["FoundPlane", "ScanSignals", "judge_planes", "scan_planes", "scan_signals"]
 
 FloatArray = NDArray[np.float64]
-NORMALS = 4000
-STEP_M = 0.1
-REACH_M = 9.0
-NEAREST_M = 0.02
-KEPT = 48
-WINDOW_S = 0.06
+NORMALS = 4000  # 3.2 degrees apart, within reach of the first tilts of the refinement
+STEP_M = 0.1  # moves an echo by 0.2 m at most, under half a wave of the first band
+REACH_M = 9.0  # behind the nearest place: its echo nears the window's end
+NEAREST_M = 0.02  # places may be off: the first plane stands so far behind all of them
+KEPT = 48  # room for six walls and 18 images of second order, twice over
+WINDOW_S = 0.06  # 20 m of path; later echoes overlap too densely to stand out
 BANDS_HZ = ((80.0, 700.0), (80.0, 1500.0), (80.0, 3500.0))
+"""Wide peaks are found first and then sharpened. Loudspeakers are weak below; above,
+places a few centimetres off no longer add in phase."""
 SHIFTS_S = np.concatenate([-np.linspace(3e-3, 6e-4, 9), np.linspace(6e-4, 3e-3, 9)])
-GROUPS = 8
+"""Wrong delays that tell chance: past a pulse's width, near enough for like sound."""
+GROUPS = 8  # of emitters: as many votes, each with enough rows for a score
+SURE_Z = 4.0  # median score of a wall over the groups (decision 0055)
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +74,7 @@ class FoundPlane:
 
 @dataclass(frozen=True, eq=False)
 class ScanSignals:
-    """Hold band-limited rows ready for summing, in metres of path."""
+    """Hold band-limited rows ready for summing along paths."""
 
     signals: NDArray[np.float32]
     emitters: FloatArray
@@ -239,13 +243,13 @@ def _thinned(
 ) -> FloatArray:
     """Keep planes, best first, that differ from all better ones."""
     away = planes[:, :3] @ center - planes[:, 3]
-    left = np.arange(len(planes))
+    remaining = np.arange(len(planes))
     kept: list[int] = []
-    while len(left) and len(kept) < KEPT:
-        best = int(left[0])
+    while len(remaining) and len(kept) < KEPT:
+        best = int(remaining[0])
         kept.append(best)
-        turned = planes[left, :3] @ planes[best, :3] < np.cos(angle)
-        left = left[turned | (np.abs(away[left] - away[best]) > gap)]
+        turned = planes[remaining, :3] @ planes[best, :3] < np.cos(angle)
+        remaining = remaining[turned | (np.abs(away[remaining] - away[best]) > gap)]
     return planes[kept]
 
 
@@ -271,6 +275,7 @@ def _refined(signals: list[ScanSignals], planes: FloatArray) -> FloatArray:
     return planes
 
 
+# two steps to both sides, of both tilts and the offset
 _GRID = np.stack(np.meshgrid(*[np.arange(-2, 3)] * 3, indexing="ij"), -1).reshape(-1, 3)
 
 
@@ -334,13 +339,13 @@ def judge_planes(signals: ScanSignals, planes: FloatArray) -> list[FoundPlane]:
     z = (sums[..., 0] - null.mean(axis=2)) / np.maximum(spread, 1e-12)
     found = []
     for k, plane in enumerate(planes):
-        heard = counts[k] >= 3
-        if not heard.any():
-            heard = counts[k] > 0
-        if not heard.any():
+        enough = counts[k] >= 3
+        if not enough.any():
+            enough = counts[k] > 0
+        if not enough.any():
             continue
-        values = z[k, heard]
-        strength = float(sums[k, heard, 0].sum() / counts[k, heard].sum())
+        values = z[k, enough]
+        strength = float(sums[k, enough, 0].sum() / counts[k, enough].sum())
         found.append(
             FoundPlane(
                 plane[:3].copy(),

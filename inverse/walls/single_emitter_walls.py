@@ -11,17 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inverse.walls.box import FAR_M, OrientedBox
-from inverse.walls.reentrant import PlaneEvidence
+from inverse.walls.reentrant import APART_M, MARGIN_M, SURE_POOLED, PlaneEvidence
 from inverse.walls.scan import FoundPlane
 
 __all__ = ["find_single_emitter_walls", "nearer_walls"]
 
 FloatArray = NDArray[np.float64]
-STEP_M, FINE_STEP_M, FINE_STEPS = 0.02, 0.005, 4
-MARGIN_M, REACH_M = 0.3, 6.0
-LOUD = 8.0
-APART_M = 0.12
-MOST, CLOSER = 3, 4
+STEP_M, FINE_STEP_M, FINE_STEPS = 0.02, 0.005, 4  # each fine step within a coarse one
+REACH_M = 6.0  # behind the nearest place: an arm of a room is no larger
+MOST, CLOSER = 3, 4  # the room's fit judges each: seconds; sharpening costs less
 
 
 def find_single_emitter_walls(
@@ -47,7 +45,7 @@ def find_single_emitter_walls(
         offsets = np.arange(heights.min() + MARGIN_M, heights.max() - MARGIN_M, STEP_M)
         planes = _clearest(evidence, normal, offsets)[:CLOSER]
         found += [_sharpened(evidence, plane.row) for plane in planes]
-    loud = [one for one in found if one.loudest > LOUD and one.strength > 0]
+    loud = [one for one in found if one.loudest > SURE_POOLED and one.strength > 0]
     return sorted(loud, key=lambda one: -one.loudest)[:MOST]
 
 
@@ -91,7 +89,7 @@ def _clearest(
     tried = [
         evidence.judged(np.append(normal, offset), nothing, 1) for offset in offsets
     ]
-    loud = [one for one in tried if one is not None and one.loudest > LOUD]
+    loud = [one for one in tried if one is not None and one.loudest > SURE_POOLED]
     kept: list[FoundPlane] = []
     for one in sorted(loud, key=lambda plane: -plane.loudest):
         if all(abs(one.offset - other.offset) > APART_M for other in kept):

@@ -6,20 +6,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inverse.paths.polyhedron import Polyhedron
-from inverse.walls.box import OrientedBox
+from inverse.walls.box import SAME_WALL_DEG, SQUARE_DEG, OrientedBox
 from inverse.walls.cells import cut_cells, shape_of
 from inverse.walls.opening import Opening, Slab
 
 __all__ = ["find_slab", "half_slab", "joined_shape", "with_face"]
 
 FloatArray = NDArray[np.float64]
-FACING_DEG = 3.0
-THICKEST_M, THINNEST_M = 1.0, 0.005
-SHARED_M = 0.5
-UPRIGHT = 0.9
-SAME_DEG, SAME_M = 1.5, 0.03
-BEYOND_M = 5.0
-CLEAR_M = 1e-3
+THICKEST_M, THINNEST_M = 1.0, 0.005  # an old house's wall; a board, and errors
+SHARED_M = 0.5  # rooms that share less of a wall have no door in it
+UPRIGHT = 0.9  # faces leaning by more than 6 degrees are no walls between rooms
+SAME_M = 0.03  # two rooms' faces in one plane agree so well before a fit
+BEYOND_M = 5.0  # round all rooms: cells at its bounds lie outside
+CLEAR_M = 1e-3  # a hole reaches to both faces, rounding allowed for
 
 
 def find_slab(first: OrientedBox, second: OrientedBox) -> Slab | None:
@@ -31,7 +30,7 @@ def find_slab(first: OrientedBox, second: OrientedBox) -> Slab | None:
     found: list[tuple[float, Slab]] = []
     for plane in first.planes[first.found]:
         for back in second.planes[second.found]:
-            if plane[:3] @ back[:3] > -np.cos(np.radians(FACING_DEG)):
+            if plane[:3] @ back[:3] > -np.cos(np.radians(SQUARE_DEG)):
                 continue
             if abs(plane[2]) > 1 - UPRIGHT:
                 continue
@@ -63,7 +62,7 @@ def half_slab(first: OrientedBox, second: OrientedBox, ends: FloatArray) -> Slab
     for plane in first.planes[first.found]:
         along = second.planes[:, :3] @ plane[:3]
         wall = int(np.argmin(along))
-        facing = along[wall] < -np.cos(np.radians(FACING_DEG))
+        facing = along[wall] < -np.cos(np.radians(SQUARE_DEG))
         if not facing or second.found[wall] or abs(plane[2]) > 1 - UPRIGHT:
             continue
         behind = float((plane[3] - ends @ plane[:3]).min())
@@ -142,16 +141,16 @@ def joined_shape(
 def _same(plane: FloatArray, other: FloatArray, middle: FloatArray) -> bool:
     """Tell whether two planes are one, seen from the middle of a room."""
     along = float(plane[:3] @ other[:3])
-    if abs(along) < np.cos(np.radians(SAME_DEG)):
+    if abs(along) < np.cos(np.radians(SAME_WALL_DEG)):
         return False
     foot = middle - (middle @ plane[:3] - plane[3]) * plane[:3]
     return abs(float(foot @ other[:3]) - other[3]) < SAME_M
 
 
 def _edges(opening: Opening) -> list[FloatArray]:
-    """Return the planes of the hole's edges that were told."""
+    """Return the planes of the hole's edges that are known."""
     slab, made = opening.slab, []
-    for side in np.flatnonzero(opening.told).tolist():
+    for side in np.flatnonzero(opening.known).tolist():
         normal = slab.frame[1 + side // 2] * (1 if side % 2 == 0 else -1)
         point = slab.origin + opening.hole[side] * slab.frame[1 + side // 2]
         made.append(np.append(normal, normal @ point))

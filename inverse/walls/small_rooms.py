@@ -19,9 +19,9 @@ __all__ = ["RoomScan", "magnification", "scan_room"]
 
 SMALL_M, ORDINARY_M = 4.5, 6.0
 """Diagonal of all places: below the first, a room is scanned as if of the second."""
-MOST = 3.0
-LEAST_RATE_HZ = 4000.0
-SAME_S = 1e-3
+MOST = 3.0  # the bands of the scan rise as much; loudspeakers beam above 10 kHz
+LEAST_RATE_HZ = 4000.0  # of stretched rows: the scan's second band lies below half
+SAME_S = 1e-3  # a latency that reads otherwise is of another pulse
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,14 +51,14 @@ def scan_room(rows: FitSet, direct: DirectSound, count: int) -> RoomScan:
     few, times = rows.spread(count), magnification(rows)
     signals = scan_signals(few, direct)
     larger = magnified(rows, times)
-    heard = read_direct(larger) if times > 1 else direct
-    if abs(heard.latency_s / times - direct.latency_s) > SAME_S:
-        times, heard, larger = 1.0, direct, rows
-    near = signals if times == 1 else scan_signals(larger.spread(count), heard)
+    found = read_direct(larger) if times > 1 else direct
+    if abs(found.latency_s / times - direct.latency_s) > SAME_S:
+        times, found, larger = 1.0, direct, rows
+    near = signals if times == 1 else scan_signals(larger.spread(count), found)
     planes = scan_planes(near)
     boxes = assemble_boxes(near, planes)
     return RoomScan(
-        replace(heard, latency_s=heard.latency_s / times),
+        replace(found, latency_s=found.latency_s / times),
         signals,
         [replace(plane, offset=plane.offset / times) for plane in planes],
         [_shrunk(box, times) for box in boxes],
@@ -86,11 +86,11 @@ def magnified(rows: FitSet, times: float) -> FitSet:
 
 
 def _shrunk(box: OrientedBox, times: float) -> OrientedBox:
-    heard = box.found
+    found = box.found
     low, high = box.low / times, box.high / times
     return replace(
         box,
         origin=box.origin / times,
-        low=np.where(heard[0::2], low, -FAR_M),
-        high=np.where(heard[1::2], high, FAR_M),
+        low=np.where(found[0::2], low, -FAR_M),
+        high=np.where(found[1::2], high, FAR_M),
     )

@@ -150,14 +150,14 @@ def test_the_hole_and_what_was_not_told_of_it():
     lengths = truth.ways(first, second)
     found = find_opening(slab(), first, second, lengths)
     assert found is not None
-    assert found.told[[0, 1, 3]].all()
+    assert found.known[[0, 1, 3]].all()
     assert_allclose(found.hole, HOLE, atol=0.02)
     # without the pairs whose way leads past the lintel it cannot be told
     open_above = replace(truth, hole=np.r_[HOLE[:3], 2.6])
     plain = np.abs(lengths - open_above.ways(first, second)) < 1e-4
     blind = find_opening(slab(), first[plain], second[plain], lengths[plain])
     assert blind is not None
-    assert not blind.told[3]
+    assert not blind.known[3]
     assert blind.hole[3] == 2.6
 
 
