@@ -8,8 +8,11 @@ from capture.faults import Fault
 from capture.signal.interleave import Interleaving
 from rir import Pose, RoomSpec
 from rir.config import Config
+from rir.errors import ConfigError
+from rir.schema import Schema
 
 __all__ = [
+    "SESSION",
     "Calibration",
     "Channels",
     "Device",
@@ -22,7 +25,7 @@ __all__ = [
     "SweepConfig",
 ]
 
-SCHEMA = 1
+SESSION = Schema("session", 1, key="schema_version", unnumbered=1, error=ConfigError)
 Vector = tuple[float, float, float]
 
 
@@ -169,7 +172,9 @@ class Simulation(Config):
 class SessionConfig(Config):
     """Everything a session needs to know; written beside its results."""
 
-    schema_version: Literal[1] = SCHEMA
+    schema_version: Annotated[int, Field(ge=SESSION.version, le=SESSION.version)] = (
+        SESSION.version
+    )
     room: RoomSpec
     pairs: Annotated[list[PairConfig], Field(min_length=1)]
     takes: Annotated[int, Field(ge=1, le=99)] = 1

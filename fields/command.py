@@ -25,8 +25,11 @@ from rir import Dataset
 from rir.command import make_console
 from rir.config import dump_yaml
 from rir.errors import ConfigError, TrainingError
+from rir.schema import Schema
 
-__all__ = ["Request", "parse_seconds", "train_and_report"]
+__all__ = ["RUN", "Request", "parse_seconds", "train_and_report"]
+
+RUN = Schema("training run", 1)
 
 BASELINES = ("nearest", "linear")
 MAP_PLACES = 300
@@ -204,7 +207,7 @@ def _write_config(
         if name not in ("out", "watch", "on_progress", "resume")
     }
     content = {
-        "schema": 1,
+        **RUN.stamp,
         "dataset": [str(path) for path in request.dataset],
         "mark": data.frame.mark,
         "model": request.model,

@@ -8,11 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fields.evaluate import METRIC_UNITS, Scores
+from rir.schema import Schema
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-__all__ = ["ResultTable"]
+__all__ = ["TABLE", "ResultTable"]
+
+TABLE = Schema("result table", 1)
 
 
 @dataclass
@@ -46,7 +49,7 @@ class ResultTable:
     def save(self, folder: Path) -> None:
         """Write table.json and table.csv."""
         content = {
-            "schema": 1,
+            **TABLE.stamp,
             "title": self.title,
             "mark": self.mark,
             "units": METRIC_UNITS,

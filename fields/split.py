@@ -1,17 +1,18 @@
 """Training and test rows that share no emitter and no swapped twin, as a file."""
 
 import json
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 
 from rir import Dataset
 from rir.errors import DatasetError
+from rir.schema import Schema
 
-__all__ = ["Split", "split_by_emitter", "split_spread", "twin_rows"]
+__all__ = ["SPLIT", "Split", "split_by_emitter", "split_spread", "twin_rows"]
 
-SCHEMA = 1
+SPLIT = Schema("split file", 1)
 SAME_PLACE_M = 0.01
 
 
@@ -40,7 +41,7 @@ class Split:
     unit: str = "emitter"
     seed: int = 0
     rows: int = 0
-    schema: int = field(default=SCHEMA)
+    schema: int = SPLIT.version
 
     def save(self, path: Path) -> None:
         """Write the split as JSON."""
@@ -57,16 +58,12 @@ class Split:
             or was made for other rows.
         """
         try:
-            plain = json.loads(path.read_text())
-            schema = plain.get("schema")
-        except (OSError, ValueError, AttributeError) as error:
+            written = json.loads(path.read_text())
+        except (OSError, ValueError) as error:
             raise DatasetError(
                 f"{path} is no split file ({error}); leave --split out to draw one"
             ) from error
-        if schema != SCHEMA:
-            raise DatasetError(
-                f"{path} has split schema {schema}; this program reads {SCHEMA}"
-            )
+        plain = SPLIT.open(written, path)
         try:
             for key in ("train", "test", "dropped"):
                 plain[key] = tuple(int(row) for row in plain[key])

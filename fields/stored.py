@@ -1,4 +1,4 @@
-"""Fields that answer from stored responses, and their file."""
+"""The file of a field, and fields that answer from the responses stored in it."""
 
 import json
 from dataclasses import asdict
@@ -12,8 +12,13 @@ from fields.exchange import exchanged
 from fields.frame import SceneFrame
 from fields.plan import TrainingPlan
 from rir import Poses
+from rir.errors import TrainingError
+from rir.schema import Schema
 
-__all__ = ["learned_rows", "load_stored", "save_stored"]
+__all__ = ["FIELD", "learned_rows", "load_stored", "read_arrays", "save_stored"]
+
+FIELD = Schema("field", 1, unnumbered=1, error=TrainingError)
+"""The file of every model; the first ones without torch bear no number."""
 
 
 def learned_rows(data: FieldData, plan: TrainingPlan) -> FieldData:
@@ -28,6 +33,7 @@ def save_stored(path: Path, model: str, config: Any, data: FieldData) -> Path:
     path = path.with_suffix(".npz")
     np.savez(
         path,
+        **FIELD.stamp,
         model=np.array(model),
         config=np.array(json.dumps(asdict(config))),
         frame=np.array(json.dumps(data.frame.as_dict())),
@@ -42,12 +48,23 @@ def save_stored(path: Path, model: str, config: Any, data: FieldData) -> Path:
 
 def load_stored(path: Path) -> tuple[dict[str, Any], FieldData]:
     """Read what :func:`save_stored` wrote: the configuration and the rows."""
+    stored = read_arrays(path)
+    data = FieldData(
+        stored["responses"],
+        Poses(stored["emitters"], stored["emitter_orientations"]),
+        Poses(stored["listeners"], stored["listener_orientations"]),
+        SceneFrame.from_dict(json.loads(str(stored["frame"]))),
+    )
+    return json.loads(str(stored["config"])), data
+
+
+def read_arrays(path: Path) -> dict[str, np.ndarray]:
+    """Return what the file of a field without torch holds, by name.
+
+    Raises
+    ------
+    TrainingError
+        If the file was written by a newer program.
+    """
     with np.load(path, allow_pickle=False) as stored:
-        frame = SceneFrame.from_dict(json.loads(str(stored["frame"])))
-        data = FieldData(
-            stored["responses"],
-            Poses(stored["emitters"], stored["emitter_orientations"]),
-            Poses(stored["listeners"], stored["listener_orientations"]),
-            frame,
-        )
-        return json.loads(str(stored["config"])), data
+        return FIELD.open(stored, path)

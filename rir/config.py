@@ -7,6 +7,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from rir.errors import ConfigError
+from rir.schema import Schema
 
 __all__ = ["Config", "dump_yaml", "load_yaml", "parse_yaml", "validate"]
 
@@ -45,8 +46,10 @@ def dump_yaml(value: Any) -> str:
     return yaml.safe_dump(plain, sort_keys=False, allow_unicode=True)
 
 
-def load_yaml(path: str | Path, model: type[ConfigT]) -> ConfigT:
-    """Read a YAML file into a model.
+def load_yaml(
+    path: str | Path, model: type[ConfigT], schema: Schema | None = None
+) -> ConfigT:
+    """Read a YAML file into a model, brought up to date where it has a schema.
 
     Raises
     ------
@@ -58,7 +61,10 @@ def load_yaml(path: str | Path, model: type[ConfigT]) -> ConfigT:
         text = Path(path).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(f"cannot read {path}: {error}") from error
-    return validate(parse_yaml(text, origin=str(path)), model, origin=str(path))
+    data = parse_yaml(text, origin=str(path))
+    if schema is not None:
+        data = schema.open({} if data is None else data, path)
+    return validate(data, model, origin=str(path))
 
 
 def validate(data: Any, model: type[ConfigT], *, origin: str) -> ConfigT:

@@ -12,12 +12,12 @@ from rir.dataset_file import FilePart, MemoryPart, Part
 from rir.dataset_writer import DatasetWriter
 from rir.errors import DatasetError
 from rir.gain import GainPattern
+from rir.layout import COLUMNS, empty_column
 from rir.pose import Poses
 from rir.records import Environment, Measurement, PairRecord, Provenance
 from rir.response import ImpulseResponse, as_samples, check_sample_rate
 from rir.room import RoomSpec
 from rir.rows import PairRows, Responses, Rows
-from rir.schema import COLUMNS, empty_column
 
 __all__ = ["Dataset", "PairRows", "Responses"]
 

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from rir.config import parse_yaml, validate
 from rir.errors import DatasetError
 from rir.gain import GainPattern
+from rir.layout import DATA_SET
 from rir.pose import Poses
 from rir.room import RoomSpec
-from rir.schema import check_header
 
 __all__ = ["FilePart", "MemoryPart", "Part", "locate"]
 
@@ -86,7 +86,7 @@ class FilePart:
     def __init__(self, path: str | Path) -> None:
         self.path = locate(path)
         self._file: Any = None
-        check_header(self._open().attrs, self.path)
+        self._header = DATA_SET.open(dict(self._open().attrs), self.path)
         missing = {"responses", "emitter", "listener"} - set(self._open())
         if missing:
             raise DatasetError(
@@ -107,7 +107,7 @@ class FilePart:
         return self._file
 
     def __getstate__(self) -> dict[str, Any]:
-        return {"path": self.path, "_file": None}
+        return {"path": self.path, "_header": self._header, "_file": None}
 
     def close(self) -> None:
         """Close the file; the next use opens it again."""
@@ -116,7 +116,7 @@ class FilePart:
             self._file = None
 
     def _attribute(self, name: str, default: Any) -> Any:
-        value = self._open().attrs.get(name, default)
+        value = self._header.get(name, default)
         return value.item() if isinstance(value, np.generic) else value
 
     @property

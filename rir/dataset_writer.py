@@ -13,11 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 from rir.config import dump_yaml
 from rir.errors import DatasetError
 from rir.gain import GainPattern
+from rir.layout import DATA_SET, empty_column
 from rir.pose import Poses
 from rir.records import software_version
 from rir.response import check_sample_rate
 from rir.room import RoomSpec
-from rir.schema import FORMAT, SCHEMA, empty_column
 
 __all__ = ["DatasetWriter"]
 
@@ -93,8 +93,7 @@ class DatasetWriter:
         except OSError as error:
             raise DatasetError(f"cannot write {self._partial}: {error}") from error
         self._file.attrs.update(
-            format=FORMAT,
-            schema=SCHEMA,
+            **DATA_SET.stamp,
             sample_rate=check_sample_rate(sample_rate),
             pre=pre,
             simulated=simulated,

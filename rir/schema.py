@@ -1,77 +1,112 @@
-"""The layout of a data-set file, version 1, and the checks on opening one.
+"""What a stored file says of its kind and version, and how an older one is read."""
 
-A file holds N rows; one row is one response from one emitter to one listener.
-
-======================  ==========  ==================================================
-name                    shape       content
-======================  ==========  ==================================================
-``responses``           (N, pre+n)  float32 or float64, ``pre`` samples before emission
-``emitter/position``    (N, 3)      acoustic centre in the room frame [m]
-``emitter/orientation`` (N, 4)      unit quaternion, scalar last
-``listener/…``          like the emitter's
-``table/<column>``      (N,)        one value per row; see `COLUMNS`
-``gain/<end>/…``        -           ``coefficients`` (bands, harmonics), ``bands`` [Hz]
-``extra/<name>``        any         excitation and other arrays, each with attributes
-======================  ==========  ==================================================
-
-Root attributes: ``format``, ``schema``, ``sample_rate`` [Hz], ``pre``,
-``simulated``, ``session``, ``room_name``, ``room`` (YAML), ``metadata`` (JSON),
-``software``, ``created_utc``.
-"""
-
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
+from rir.errors import DatasetError, ResoundingError
 
-from rir.errors import DatasetError
+__all__ = ["Migration", "Schema"]
 
-__all__ = ["COLUMNS", "FORMAT", "SCHEMA", "check_header", "empty_column"]
-
-FORMAT = "resounding"
-SCHEMA = 1
-
-COLUMNS: dict[str, Any] = {
-    "take_id": "",
-    "pair_id": -1,
-    "direction": "",
-    "take_no": -1,
-    "channel": -1,
-    "accepted": True,
-    "time_utc": "",
-    "temperature_c": np.nan,
-    "humidity_percent": np.nan,
-    "pressure_kpa": np.nan,
-    "emitter_id": -1,
-    "listener_id": -1,
-    "raw_file": "",
-    "raw_sha256": "",
-    "verdict": "",
-    "reasons": "",
-}
-"""Columns that every reader may ask for, with the value that means *absent*."""
+Migration = Callable[[dict[str, Any]], dict[str, Any]]
+"""Turns the content of one version into that of the next."""
 
 
-def empty_column(like: NDArray[Any] | None, name: str, count: int) -> NDArray[Any]:
-    """Return `count` values that mean *absent* for a column."""
-    if name in COLUMNS:
-        return np.full(count, COLUMNS[name])
-    if like is None or like.dtype.kind == "U":
-        return np.full(count, "")
-    if like.dtype.kind == "f":
-        return np.full(count, np.nan)
-    return np.full(count, False if like.dtype.kind == "b" else -1)
+@dataclass(frozen=True)
+class Schema:
+    """One kind of stored file.
 
+    A file holds the number of the version that wrote it. One of an older program
+    is brought up to date in memory, step by step, when it is opened; the file stays
+    as it is until its content is saved anew.
 
-def check_header(attributes: Any, path: Path) -> None:
-    """Raise `DatasetError` unless a file's header can be read by this program."""
-    written = attributes.get("format")
-    if written != FORMAT:
-        raise DatasetError(f"{path} is HDF5 but not a Resounding data set")
-    schema = int(attributes.get("schema", 0))
-    if schema > SCHEMA:
-        raise DatasetError(
-            f"{path} has schema {schema}; this program reads up to {SCHEMA}:"
-            " update it (pip install -U resounding)"
-        )
+    Parameters
+    ----------
+    kind : str
+        What such a file is, in words; opens every message.
+    version : int
+        What this program writes.
+    migrations : mapping of int to callable
+        For each older version, what makes the next one of its content.
+    format : str
+        The name that such a file gives itself; "" where it gives none.
+    key : str
+        Where the number stands.
+    unnumbered : int, optional
+        Version of files without a number; such files are refused by default.
+    error : type
+        What is raised.
+
+    Examples
+    --------
+    >>> scores = Schema("score table", 2, {1: lambda old: {"rows": [old["row"]]}})
+    >>> scores.open({"schema": 1, "row": 0.5}, "a.json")
+    {'rows': [0.5], 'schema': 2}
+    >>> scores.open({"schema": 3}, "b.json")
+    Traceback (most recent call last):
+    rir.errors.DatasetError: b.json is a score table of version 3; this program reads \
+up to 2: update it (pip install -U resounding)
+    """
+
+    kind: str
+    version: int
+    migrations: Mapping[int, Migration] = field(default_factory=dict)
+    format: str = ""
+    key: str = "schema"
+    unnumbered: int | None = None
+    error: type[ResoundingError] = DatasetError
+
+    def __post_init__(self) -> None:
+        if set(self.migrations) != set(range(1, self.version)):
+            raise ValueError(f"{self.kind}: every version before the last migrates")
+
+    @property
+    def stamp(self) -> dict[str, Any]:
+        """What a new file says of itself: its format, where it has one, and version."""
+        named = {"format": self.format} if self.format else {}
+        return {**named, self.key: self.version}
+
+    def open(self, content: Any, origin: str | Path) -> dict[str, Any]:
+        """Return what a file holds, as the present version has it.
+
+        Parameters
+        ----------
+        content : mapping
+            What was read; not changed.
+        origin : str or Path
+            Names the file in messages.
+
+        Raises
+        ------
+        ResoundingError
+            The schema's own error: if the file is of another kind, says no version,
+            or was written by a newer program.
+        """
+        if not isinstance(content, Mapping):
+            raise self.error(f"{origin} is no {self.kind}")
+        present = dict(content)
+        named = present.get("format", self.format)
+        if named != self.format:
+            raise self.error(f"{origin} is no {self.kind}: its format is {named!r}")
+        if self.format and "format" not in present:
+            raise self.error(f"{origin} is no {self.kind}: it says no format")
+        for version in range(self._version_of(present, origin), self.version):
+            present = self.migrations[version](present)
+            present[self.key] = version + 1
+        return present
+
+    def _version_of(self, content: Mapping[str, Any], origin: str | Path) -> int:
+        said = content.get(self.key, self.unnumbered)
+        try:
+            version = int(said)  # pyright: ignore[reportArgumentType]
+        except (TypeError, ValueError):
+            version = 0
+        if version < 1:
+            raise self.error(f"{origin} is no {self.kind}: it says no version")
+        if version > self.version:
+            raise self.error(
+                f"{origin} is a {self.kind} of version {version}; this program reads"
+                f" up to {self.version}: update it (pip install -U resounding)"
+            )
+        return version

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from analysis.report.chapters import mark_banner
 from analysis.report.tables import number
-from analysis.report.write import FORMAT, SCHEMA
+from analysis.report.write import REPORT
 from analysis.statistics import interval_of_pseudo_values
 from rir.errors import DatasetError
 
@@ -36,11 +36,7 @@ def load_report(path: str | Path) -> dict[str, Any]:
         data = json.loads(place.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise DatasetError(f"cannot read {place} as a report: {error}") from error
-    if not isinstance(data, dict) or data.get("format") != FORMAT:
-        raise DatasetError(f"{place} is not a reciprocity report (format {FORMAT})")
-    if data["schema"] > SCHEMA:
-        raise DatasetError(f"{place} has schema {data['schema']}; update this program")
-    return data
+    return REPORT.open(data, place)
 
 
 def compare_reports(

@@ -25,11 +25,11 @@ from analysis.report.tables import csv_table, latex_table, pair_csv
 from analysis.report.verdict import verdict
 from rir.dataset import Dataset
 from rir.records import software_version
+from rir.schema import Schema
 
-__all__ = ["FORMAT", "SCHEMA", "write_report"]
+__all__ = ["REPORT", "write_report"]
 
-FORMAT = "resounding-report"
-SCHEMA = 1
+REPORT = Schema("reciprocity report", 1, format="resounding-report")
 
 
 def write_report(
@@ -72,8 +72,7 @@ def write_report(
     studies = study_rooms(datasets, chosen, rng)
     rooms = [room_summary(study, rng) for study in studies]
     report = {
-        "format": FORMAT,
-        "schema": SCHEMA,
+        **REPORT.stamp,
         "title": title,
         "software": software_version(),
         "created_utc": created_utc,

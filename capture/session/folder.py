@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from capture.config import SessionConfig
+from capture.config import SESSION, SessionConfig
 from rir import SessionError, SignalError
 from rir.config import dump_yaml, load_yaml
 from rir.files.audio import read_audio, write_audio
@@ -80,7 +80,7 @@ class SessionFolder:
             raise SessionError(
                 f"{self.path} is no session folder (it has no session.yaml)"
             )
-        return load_yaml(self.config_path, SessionConfig)
+        return load_yaml(self.config_path, SessionConfig, SESSION)
 
     def find_raw(self, take: str) -> Path | None:
         """Return the finished file of a take, if there is one."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from capture.config import SessionConfig
+from capture.config import SESSION, SessionConfig
 from capture.plan import build_plan
 from capture.session.dataset import lost_takes
 from capture.session.folder import SessionFolder
@@ -111,7 +111,7 @@ def _read(path: Path) -> dict[str, Any]:
         raise ConfigError(
             f"{path} sets {', '.join(taken)}; give these as options instead"
         )
-    return data
+    return SESSION.open(data, path)
 
 
 def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:

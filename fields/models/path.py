@@ -20,6 +20,7 @@ from fields.frame import SceneFrame
 from fields.joined import FieldWithNetwork, join_network
 from fields.plan import TrainingPlan
 from fields.settings import Count, settings
+from fields.stored import FIELD, read_arrays
 from inverse.acoustics import Acoustics
 from inverse.find import find_room
 from inverse.guard import needs_network
@@ -160,6 +161,7 @@ class PathField:
         """Write the field to ``path`` with the ending .npz."""
         target = Path(path).with_suffix(".npz")
         arrays: dict[str, Any] = {
+            **FIELD.stamp,
             "model": np.array(self.name),
             "config": np.array(json.dumps(asdict(self.config))),
             "frame": np.array(json.dumps(self.frame.as_dict())),
@@ -268,17 +270,15 @@ def load(path: Path) -> PathField:
     Raises
     ------
     TrainingError
-        If the file lacks a part, as those of older programs do.
+        If the file lacks a part, as those of older programs do, or was written by
+        a newer one.
     """
-    with np.load(path, allow_pickle=False) as stored:
-        config = Config(**json.loads(str(stored["config"])))
-        frame = SceneFrame.from_dict(json.loads(str(stored["frame"])))
-        arrays = {
-            name: stored[name]
-            for name in stored.files
-            if name not in ("model", "config", "frame", "ends")
-        }
-        ends = stored["ends"] if "ends" in stored.files else None
+    stored = read_arrays(path)
+    config = Config(**json.loads(str(stored["config"])))
+    frame = SceneFrame.from_dict(json.loads(str(stored["frame"])))
+    ends = stored.get("ends")
+    own = (FIELD.key, "model", "config", "frame", "ends")
+    arrays = {name: one for name, one in stored.items() if name not in own}
     size = len(JOINED)
     kept = {name[size:]: one for name, one in arrays.items() if name[:size] == JOINED}
     joined = FieldWithNetwork.from_arrays(kept) if kept else None

@@ -11,13 +11,12 @@ from torch import Tensor, nn
 from fields.data import FieldData
 from fields.field import paired_queries
 from fields.frame import SceneFrame
+from fields.stored import FIELD
 from fields.training.query import Query
 from rir import Pose, Poses
-from rir.errors import TrainingError
 
 __all__ = ["Network", "NetworkField", "load_network"]
 
-SCHEMA = 1
 PREDICT_ROWS = 64
 
 
@@ -94,7 +93,7 @@ class NetworkField:
     def stored(self) -> dict[str, Any]:
         """Return what the field's file holds, in plain values and tensors."""
         return {
-            "schema": SCHEMA,
+            **FIELD.stamp,
             "model": self.name,
             "config": asdict(self.config),
             "frame": self.frame.as_dict(),
@@ -113,11 +112,7 @@ def load_network(
     TrainingError
         If the file was written by a newer program.
     """
-    stored = torch.load(path, map_location="cpu", weights_only=True)
-    if stored["schema"] != SCHEMA:
-        raise TrainingError(
-            f"{path} has field schema {stored['schema']}; this program reads {SCHEMA}"
-        )
+    stored = FIELD.open(torch.load(path, map_location="cpu", weights_only=True), path)
     frame = SceneFrame.from_dict(stored["frame"])
     config = config_type(**stored["config"])
     network = network_type(frame, config)

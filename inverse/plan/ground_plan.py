@@ -15,10 +15,12 @@ from inverse.paths.shoebox import FittedRoom
 from inverse.walls.box import OrientedBox
 from inverse.walls.cells import cut_cells, label_cells, shape_of
 from rir.errors import SignalError
+from rir.schema import Schema
 
-__all__ = ["GroundPlan", "PlanWall", "box_shape", "cut_at", "plan_of"]
+__all__ = ["FOUND_ROOM", "GroundPlan", "PlanWall", "box_shape", "cut_at", "plan_of"]
 
 FloatArray = NDArray[np.float64]
+FOUND_ROOM = Schema("found room", 1)
 BOUNDS_M = 30.0
 PIECE_M, HEARD_M = 0.25, 0.5
 LEVEL = 0.99
@@ -106,7 +108,7 @@ class GroundPlan:
     def save(self, path: Path) -> None:
         """Write the plan as JSON."""
         told = {
-            "schema": 1,
+            **FOUND_ROOM.stamp,
             "mark": self.mark,
             "height_m": self.height_m,
             "unexplained": self.unexplained,

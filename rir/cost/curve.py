@@ -4,16 +4,15 @@ import json
 import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
 from rir.cost.point import CostPoint
 from rir.errors import DatasetError
 from rir.records import software_version
+from rir.schema import Schema
 
-__all__ = ["CostCurve"]
+__all__ = ["COST_CURVE", "CostCurve"]
 
-FORMAT = "resounding-cost"
-SCHEMA = 1
+COST_CURVE = Schema("cost curve", 1, format="resounding-cost")
 OUT_OF_REACH = 20.0
 """Doublings of the seconds for half the error beyond which nobody would go."""
 
@@ -92,7 +91,7 @@ class CostCurve:
         """Write the curve as JSON."""
         target = Path(path)
         target.parent.mkdir(parents=True, exist_ok=True)
-        data = {"format": FORMAT, "schema": SCHEMA, "software": software_version()}
+        data = {**COST_CURVE.stamp, "software": software_version()}
         text = json.dumps(data | asdict(self) | {"sentence": self.sentence}, indent=1)
         target.write_text(text + "\n", encoding="utf-8")
         return target
@@ -107,17 +106,12 @@ class CostCurve:
             If the file is not one, or newer than this program.
         """
         try:
-            data: dict[str, Any] = json.loads(Path(path).read_text(encoding="utf-8"))
+            written = json.loads(Path(path).read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
             raise DatasetError(
-                f"cannot read {path} as cost results: {error}"
+                f"cannot read {path} as a cost curve: {error}"
             ) from error
-        if not isinstance(data, dict) or data.get("format") != FORMAT:
-            raise DatasetError(f"{path} holds no cost results (format {FORMAT})")
-        if data["schema"] > SCHEMA:
-            raise DatasetError(
-                f"{path} has schema {data['schema']}; update this program"
-            )
+        data = COST_CURVE.open(written, path)
         fields = {k: data[k] for k in CostCurve.__dataclass_fields__ if k in data}
         fields["points"] = tuple(CostPoint(**p) for p in data["points"])
         return CostCurve(**fields)

@@ -58,5 +58,5 @@ def test_unlike_reports_are_refused(folders, tmp_path, session):
             np.random.default_rng(0),
         )
     (tmp_path / "report.json").write_text("{}")
-    with pytest.raises(DatasetError, match="not a reciprocity report"):
+    with pytest.raises(DatasetError, match="no reciprocity report"):
         load_report(tmp_path)

@@ -89,7 +89,7 @@ def test_split_of_the_data_set_itself_is_kept(grid):
         (None, "is no split file"),
         ("junk", "is no split file"),
         ("[1]", "is no split file"),
-        ('{"schema": 9}', "split schema 9"),
+        ('{"schema": 9}', "split file of version 9"),
         ('{"schema": 1}', "'train'"),
         ('{"schema": 1, "train": ["a"], "test": [], "dropped": []}', "no split file"),
         ('{"schema": 1, "train": [0], "test": [99], "dropped": [], "rows": 48}', "99"),

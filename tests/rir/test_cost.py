@@ -89,7 +89,7 @@ def test_save_load_and_page(tmp_path, capsys):
     assert main(["cost", str(path), "--out", str(tmp_path / "page.html")]) == 0
     assert "dB of C50 costs" in capsys.readouterr().out
     path.write_text(json.dumps({"format": "other"}))
-    with pytest.raises(DatasetError, match="no cost results"):
+    with pytest.raises(DatasetError, match="no cost curve"):
         CostCurve.load(path)
 
 

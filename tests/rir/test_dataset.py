@@ -133,7 +133,7 @@ def test_files_that_cannot_be_read_say_why(tmp_path: Path) -> None:
     session.mkdir()
     (session / "journal.jsonl").touch()
     cases = {
-        newer: "has schema 99; this program reads up to 1: update it",
+        newer: "of version 99; this program reads up to 1: update it",
         broken: "cannot be read as HDF5",
         session: "is a session without dataset.h5",
         tmp_path / "nowhere.h5": "does not exist",
