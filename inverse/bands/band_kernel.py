@@ -20,22 +20,13 @@ from inverse.bands.band_arrivals import (
 from inverse.paths.lattice_kernel import (
     NEAREST_M,
     _counts,
-    _order_of,
-    harmonics,
 )
+from rir.harmonics_kernel import order_of, turned_harmonics
 
 __all__ = ["list_images", "render_bands"]
 
 LOSS, PHASE, PATTERN = 12, 13, 14
 """Columns of a band: walls (real and imaginary by turns), air, phase, patterns."""
-
-
-@njit(cache=True, fastmath=True)
-def _leave(turn, x, y, z, order, basis):
-    a = turn[0, 0] * x + turn[0, 1] * y + turn[0, 2] * z
-    b = turn[1, 0] * x + turn[1, 1] * y + turn[1, 2] * z
-    c = turn[2, 0] * x + turn[2, 1] * y + turn[2, 2] * z
-    harmonics(a, b, c, order, basis)
 
 
 @njit(cache=True, fastmath=True)
@@ -53,7 +44,7 @@ def list_images(
     most_x = int(reach / (2 * size[0])) + 2
     most_y = int(reach / (2 * size[1])) + 2
     most_z = int(reach / (2 * size[2])) + 2
-    emitting, listening = _order_of(leaving.shape[1]), _order_of(arriving.shape[1])
+    emitting, listening = order_of(leaving.shape[1]), order_of(arriving.shape[1])
     n = 0
     for mx in range(-most_x, most_x + 1):
         for px in range(2):
@@ -89,7 +80,7 @@ def list_images(
                             counts[n, 2], counts[n, 3] = ay, by
                             counts[n, 4], counts[n, 5] = az, bz
                             ux, uy, uz = vx / length, vy / length, vz / length
-                            _leave(
+                            turned_harmonics(
                                 turn,
                                 (1 - 2 * px) * ux,
                                 (1 - 2 * py) * uy,
@@ -97,7 +88,7 @@ def list_images(
                                 emitting,
                                 leaving[n],
                             )
-                            _leave(ear, -ux, -uy, -uz, listening, arriving[n])
+                            turned_harmonics(ear, -ux, -uy, -uz, listening, arriving[n])
                             n += 1
     return n
 

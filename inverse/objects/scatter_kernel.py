@@ -9,8 +9,8 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
-from inverse.bands.band_kernel import _dot, _leave
-from inverse.paths.lattice_kernel import _order_of
+from inverse.bands.band_kernel import _dot
+from rir.harmonics_kernel import order_of, turned_harmonics
 
 __all__ = ["add_points", "sum_points"]
 
@@ -35,7 +35,7 @@ def _lengths(end, point, low, high, away, lengths):
 @njit(cache=True, fastmath=True)
 def _faced(turn, away, length, order, basis):
     x, y, z = away[0] / length, away[1] / length, away[2] / length
-    _leave(turn, x, y, z, order, basis)
+    turned_harmonics(turn, x, y, z, order, basis)
 
 
 @njit(cache=True, fastmath=True)
@@ -64,7 +64,7 @@ def add_points(
     away, lengths = np.empty((2, LEGS, 3)), np.empty((2, LEGS))
     leaving = np.empty((LEGS, emitting.shape[1]))
     arriving = np.empty((LEGS, listening.shape[1]))
-    said, heard = _order_of(emitting.shape[1]), _order_of(listening.shape[1])
+    said, heard = order_of(emitting.shape[1]), order_of(listening.shape[1])
     first = np.empty(LEGS, dtype=np.complex128)
     second = np.empty(LEGS, dtype=np.complex128)
     fractions = taps.shape[1] - 1

@@ -10,6 +10,8 @@ from math import pi, sqrt
 import numpy as np
 from numba import njit
 
+from rir.harmonics_kernel import fill_harmonics, order_of, turned_harmonics
+
 __all__ = ["accumulate_rows", "render_rows"]
 
 GEOMETRY = 11
@@ -19,28 +21,8 @@ NEAREST_M = 0.05
 
 @njit(cache=True, fastmath=True)
 def harmonics(x, y, z, order, out):
-    """Write the real orthonormal harmonics up to `order` (ACN) into `out`."""
-    real, imag, diagonal, double = 1.0, 0.0, 1.0, 1.0
-    for m in range(order + 1):
-        before, legendre, ratio = 0.0, diagonal, double
-        for degree in range(m, order + 1):
-            if degree > m:
-                upper = (2 * degree - 1) * z * legendre - (degree + m - 1) * before
-                before, legendre = legendre, upper / (degree - m)
-                ratio *= (degree - m) / (degree + m)
-            norm = sqrt((2 if m else 1) * (2 * degree + 1) * ratio / (4 * pi))
-            center = degree * degree + degree
-            out[center + m] = norm * legendre * real
-            if m:
-                out[center - m] = norm * legendre * imag
-        real, imag = real * x - imag * y, real * y + imag * x
-        diagonal *= 2 * m + 1
-        double /= (2 * m + 1) * (2 * m + 2)
-
-
-@njit(cache=True, fastmath=True)
-def _order_of(count):
-    return int(sqrt(count) + 0.5) - 1
+    """Write the harmonics of a direction up to `order` into `out`."""
+    fill_harmonics(x, y, z, order, out)
 
 
 @njit(cache=True, fastmath=True)
@@ -49,10 +31,7 @@ def _gain(turn, x, y, z, coefficients, basis):
     if len(coefficients) == 1:
         basis[0] = sqrt(0.25 / pi)
         return coefficients[0] * basis[0]
-    a = turn[0, 0] * x + turn[0, 1] * y + turn[0, 2] * z
-    b = turn[1, 0] * x + turn[1, 1] * y + turn[1, 2] * z
-    c = turn[2, 0] * x + turn[2, 1] * y + turn[2, 2] * z
-    harmonics(a, b, c, _order_of(len(coefficients)), basis)
+    turned_harmonics(turn, x, y, z, order_of(len(coefficients)), basis)
     total = 0.0
     for k in range(len(coefficients)):
         total += coefficients[k] * basis[k]

@@ -141,6 +141,7 @@ def deposit_lattice_patterns(
     reach = (grid.shape[0] - 1.0) / scale
     lanes = grid.shape[2]
     leave, reach_in = np.empty(lanes), np.empty(lanes)
+    sent, heard = np.empty(emitting[1].shape[1]), np.empty(listening[1].shape[1])
     mid = len(dz) // 2
     pitch = max((dz[-1] - dz[0]) / max(1, len(dz) - 1), 1e-9)
     for i in range(len(dx)):
@@ -159,13 +160,13 @@ def deposit_lattice_patterns(
                     continue
                 distance = max(sqrt(across + square), NEAREST)
                 ux, uy, uz = dx[i] / distance, dy[j] / distance, dz[k] / distance
-                pattern_gains(listening[0], listening[1], ux, uy, uz, reach_in)
+                pattern_gains(listening[0], listening[1], ux, uy, uz, heard, reach_in)
                 # A mirrored axis turns the departure the same way as the arrival.
                 sx = 1.0 if ox[i] % 2 else -1.0
                 sy = 1.0 if oy[j] % 2 else -1.0
                 sz = 1.0 if oz[k] % 2 else -1.0
                 pattern_gains(
-                    emitting[0], emitting[1], sx * ux, sy * uy, sz * uz, leave
+                    emitting[0], emitting[1], sx * ux, sy * uy, sz * uz, sent, leave
                 )
                 at = distance * scale
                 row = int(at)

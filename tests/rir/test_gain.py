@@ -4,6 +4,7 @@ from scipy.spatial.transform import Rotation
 
 from rir import GainPattern, SignalError
 from rir.harmonics import evaluate_harmonics, harmonic_count, harmonic_order
+from rir.harmonics_kernel import fill_harmonics
 
 
 def sphere(count: int, seed: int = 0) -> np.ndarray:
@@ -39,6 +40,25 @@ def test_addition_theorem_holds_up_to_order_20() -> None:
         np.testing.assert_allclose(
             products.sum(axis=1), (2 * degree + 1) / (4 * np.pi) * legendre, atol=1e-11
         )
+
+
+def test_compiled_harmonics_are_those_of_scipy() -> None:
+    from scipy.special import sph_harm_y
+
+    order, basis = 5, np.empty(36)
+    for u in sphere(20):
+        fill_harmonics(*u, order, basis)
+        theta, phi = np.arccos(u[2]), np.arctan2(u[1], u[0])
+        for degree in range(order + 1):
+            for m in range(degree + 1):
+                # scipy has the Condon-Shortley phase and complex harmonics
+                wave = (-1) ** m * sph_harm_y(degree, m, theta, phi)
+                wave *= np.sqrt(2) if m else 1
+                k = degree * degree + degree
+                assert basis[k + m] == pytest.approx(wave.real, abs=1e-13)
+                if m:
+                    assert basis[k - m] == pytest.approx(wave.imag, abs=1e-13)
+        np.testing.assert_allclose(basis, evaluate_harmonics(u, order), atol=1e-13)
 
 
 def test_first_order_harmonics_are_y_z_x() -> None:
