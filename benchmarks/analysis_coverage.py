@@ -77,7 +77,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--out", type=Path, default=Path("results/coverage.json"))
     options = parser.parse_args(argv)
-    pool, sessions = (60, 20) if options.quick else (800, 1000)
+    pool, sessions = (60, 10) if options.quick else (800, 1000)
     rng = np.random.default_rng(0)
     begin, results = time.process_time(), {}
     populations = {

@@ -55,10 +55,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the session, print the table, write the result."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--pairs", type=int, default=500)
-    parser.add_argument("--quick", action="store_true", help="8 pairs")
+    parser.add_argument("--quick", action="store_true", help="4 pairs")
     parser.add_argument("--out", type=Path, default=Path("results/long_session.json"))
     options = parser.parse_args(argv)
-    pairs = 8 if options.quick else options.pairs
+    pairs = 4 if options.quick else options.pairs
     settings = {"simulation": {"noise_db": -60.0, "placement_mm": 3.0}}
     config = plan_session(SessionRequest("kitchen", str(pairs), settings=settings))
     place = Path(tempfile.mkdtemp())
