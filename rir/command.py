@@ -2,9 +2,12 @@
 
 import os
 import sys
-from collections.abc import Sequence
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated, Any
 
+from rir.deprecation import DeprecatedWarning
 from rir.errors import ResoundingError
 
 if TYPE_CHECKING:
@@ -79,11 +82,12 @@ def run(app: "typer.Typer", argv: Sequence[str] | None = None, prog: str = "") -
     command = typer.main.get_command(app)
     command.params.append(_version_option())
     try:
-        code = command.main(
-            args=list(sys.argv[1:] if argv is None else argv),
-            prog_name=prog,
-            standalone_mode=False,
-        )
+        with _deprecations_in_a_line():
+            code = command.main(
+                args=list(sys.argv[1:] if argv is None else argv),
+                prog_name=prog,
+                standalone_mode=False,
+            )
     except ResoundingError as error:
         return _tell(f"{prog}: {error}", EXIT_ERROR)
     except KeyboardInterrupt:
@@ -98,6 +102,23 @@ def run(app: "typer.Typer", argv: Sequence[str] | None = None, prog: str = "") -
     if code == EXIT_INTERRUPTED:
         return _tell(f"{prog}: interrupted", EXIT_INTERRUPTED)
     return code if isinstance(code, int) else EXIT_DONE
+
+
+@contextmanager
+def _deprecations_in_a_line() -> Iterator[None]:
+    """Print what is deprecated on standard error, without the place in the code."""
+
+    def show(message: Warning | str, *rest: Any, **more: Any) -> None:
+        if isinstance(message, DeprecatedWarning):
+            print(message, file=sys.stderr)
+        else:
+            usual(message, *rest, **more)
+
+    with warnings.catch_warnings():
+        usual = warnings.showwarning
+        warnings.simplefilter("always", DeprecatedWarning)
+        warnings.showwarning = show
+        yield
 
 
 def _version_option() -> Any:

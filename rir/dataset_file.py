@@ -66,7 +66,7 @@ def locate(path: str | Path) -> Path:
         if (place / "journal.jsonl").is_file():
             raise DatasetError(
                 f"{place} is a session without dataset.h5: resume it, or rebuild it"
-                f" with capture-pairs --rebuild {place}"
+                f" with capture-pairs rebuild {place}"
             )
         raise DatasetError(f"{place} holds no dataset.h5: not a session folder")
     if not place.exists():
@@ -102,7 +102,7 @@ class FilePart:
             except OSError as error:
                 raise DatasetError(
                     f"{self.path} cannot be read as HDF5 ({error}); if it belongs to a"
-                    " session, rebuild it with capture-pairs --rebuild"
+                    " session, rebuild it with capture-pairs rebuild"
                 ) from error
         return self._file
 

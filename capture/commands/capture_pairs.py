@@ -17,6 +17,7 @@ from capture.commands.options import Misuse, SessionOptions, given, with_options
 from capture.commands.plan import show_plan
 from capture.commands.rebuild import rebuild
 from rir.command import make_app, run
+from rir.deprecation import warn_deprecated
 
 __all__ = ["app", "main"]
 
@@ -77,7 +78,10 @@ def capture_pairs(
         raise Misuse(f"{flag} stands before {name}: write capture-pairs {name} {flag}")
     if name:
         return
-    match _chosen(session, running, aliases):
+    chosen = _chosen(session, running, aliases)
+    if chosen:
+        warn_deprecated(f"capture-pairs {chosen}")
+    match chosen:
         case "--dry-run":
             show_plan(session)
         case "--check":

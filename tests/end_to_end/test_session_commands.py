@@ -27,12 +27,16 @@ def say(capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str]]:
 Say = Callable[..., tuple[int, str]]
 
 
-def test_an_alias_does_what_its_command_does(say: Say) -> None:
+def test_an_alias_warns_and_does_what_its_command_does(say: Say) -> None:
+    goes = "capture-pairs {0} goes in version 0.3.0: use capture-pairs {1}\n"
     options = [*ROOM, "--pairs", "2", "--seed", "4", "--takes", "3"]
     plan = say("plan", *options)
-    assert plan == say(*options, "--dry-run")
+    code, told = say(*options, "--dry-run")
+    assert (code, told) == (plan[0], plan[1] + goes.format("--dry-run", "plan"))
     assert "2 pairs, 12 takes" in plan[1]
-    assert say("rebuild", "nowhere") == say("--rebuild", "nowhere")
+    code, told = say("rebuild", "nowhere")
+    alias = say("--rebuild", "nowhere")
+    assert alias == (code, goes.format("--rebuild", "rebuild") + told)
 
 
 @pytest.mark.parametrize(
