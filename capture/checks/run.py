@@ -17,7 +17,7 @@ from capture.signal.reference import Reference
 from capture.signal.residual import Residual
 from capture.signal.stretch import apply_stretch
 
-__all__ = ["Examined", "divide_only", "examine"]
+__all__ = ["Examined", "divide_only", "examine", "gather_evidence"]
 
 Array = NDArray[np.float64]
 
@@ -56,7 +56,7 @@ def examine(
     limits : Limits
         What is tolerated.
     """
-    evidence = _divide(take, reference, golden, direct_delay, limits)
+    evidence = gather_evidence(take, reference, golden, direct_delay, limits)
     latency = reference.clock.latency
     known = bool(np.isfinite(latency))
     evidence.figures["latency_samples"] = float(latency) if known else None
@@ -81,13 +81,14 @@ def divide_only(take: NDArray[Any], reference: Reference) -> Examined:
     return Examined(response, reference, (), {})
 
 
-def _divide(
+def gather_evidence(
     take: NDArray[Any],
     reference: Reference,
     golden: Reference | None,
     direct_delay: Array | None,
     limits: Limits,
 ) -> Evidence:
+    """Deconvolve one take and gather what checks look at; see :func:`examine`."""
     excitation = reference.excitation
     channels, n = take.shape
     recording = as_float(take)

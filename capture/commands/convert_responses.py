@@ -26,7 +26,11 @@ def convert_responses(
         str | None, typer.Option("--from", help="Format of the source, if not seen.")
     ] = None,
     write_as: Annotated[
-        str | None, typer.Option("--to", help="wav, npz, meshrir, sofa or dataset.")
+        str | None,
+        typer.Option(
+            "--to",
+            help="wav, npz, meshrir, sofa, dataset, or an installed format.",
+        ),
     ] = None,
     simulated: Annotated[
         bool | None,
@@ -69,14 +73,12 @@ def recognize(path: Path) -> str:
     >>> recognize(Path("x.sofa"))
     'sofa'
     """
-    if path.suffix == ".sofa":
-        return "sofa"
-    for name, mark in (("wav", "poses.csv"), ("meshrir", "pos_mic.npy")):
-        if (path / mark).exists():
-            return name
-    if path.is_dir() and any(path.glob("*.npz")):
-        return "npz"
-    return "dataset"
+    from rir.files import FORMATS
+
+    # What any folder may hold speaks last.
+    formats = sorted(FORMATS.items(), key=lambda item: "*" in item[1].holds)
+    found = (name for name, kind in formats if kind.suits(path))
+    return next(found, "dataset")
 
 
 def _read(path: Path, name: str | None, simulated: bool | None) -> "Dataset":
@@ -93,8 +95,8 @@ def _write(dataset: "Dataset", path: Path, name: str | None) -> None:
     from rir import ConfigError
     from rir.files import FORMATS
 
-    known = {".h5": "dataset", ".sofa": "sofa"}
-    name = name or known.get(path.suffix)
+    known = {kind.suffix: name for name, kind in FORMATS.items() if kind.suffix}
+    name = name or (known | {".h5": "dataset"}).get(path.suffix)
     if name is None:
         raise ConfigError(f"say what {path} shall be: --to {', '.join(FORMATS)}")
     if name == "dataset":

@@ -98,6 +98,9 @@ def _distinct(positions: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDAr
 
 FORMATS.add("meshrir")(
     Format(
-        "MeshRIR's arrays, every source × every microphone", read_meshrir, write_meshrir
+        "MeshRIR's arrays, every source × every microphone",
+        read_meshrir,
+        write_meshrir,
+        holds="pos_mic.npy",
     )
 )

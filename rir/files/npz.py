@@ -90,4 +90,4 @@ def _read(file: Path) -> dict[str, np.ndarray]:
     return row
 
 
-FORMATS.add("npz")(Format("one .npz per response", read_npz, write_npz))
+FORMATS.add("npz")(Format("one .npz per response", read_npz, write_npz, holds="*.npz"))

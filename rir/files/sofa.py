@@ -189,4 +189,6 @@ def _with_receivers(sofa: Any, listeners: Poses, receivers: int) -> Poses:
     return Poses(listeners.positions[rows] + turned, listeners.orientations[rows])
 
 
-FORMATS.add("sofa")(Format("SOFA file, SingleRoomSRIR", read_sofa, write_sofa))
+FORMATS.add("sofa")(
+    Format("SOFA file, SingleRoomSRIR", read_sofa, write_sofa, suffix=".sofa")
+)

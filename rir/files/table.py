@@ -29,11 +29,23 @@ class Format:
         returns a data set.
     write : callable
         Takes a data set and a path.
+    suffix : str
+        How its files end; empty for a format that is a folder.
+    holds : str
+        Pattern of a file by which such a folder is recognised.
     """
 
     about: str
     read: Callable[[Path, bool | None], Dataset]
     write: Callable[[Dataset, Path], None]
+    suffix: str = ""
+    holds: str = ""
+
+    def suits(self, path: Path) -> bool:
+        """Say whether a path looks like this format."""
+        if self.suffix:
+            return path.suffix == self.suffix
+        return bool(self.holds) and path.is_dir() and any(path.glob(self.holds))
 
 
 FORMATS: Registry[Format] = Registry("format", "resounding.formats", Format)

@@ -152,4 +152,8 @@ def _absent(value: object) -> bool:
     return value == -1 or value != value
 
 
-FORMATS.add("wav")(Format("folder of WAV responses and poses.csv", read_wav, write_wav))
+FORMATS.add("wav")(
+    Format(
+        "folder of WAV responses and poses.csv", read_wav, write_wav, holds="poses.csv"
+    )
+)

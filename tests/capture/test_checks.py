@@ -6,6 +6,7 @@ import pytest
 from benchmarks.sweep_cases import catalogue, judge
 from capture.checks import CHECKS
 from capture.checks.clipping import clipped_samples
+from capture.checks.conformance import check_check
 from capture.checks.zeros import longest_gap
 
 CHOSEN = (
@@ -40,6 +41,11 @@ def test_chosen_cases_are_judged_rightly() -> None:
         if not row["verdict_right"] or row["quality"] is False
     ]
     assert wrong == []
+
+
+@pytest.mark.parametrize("name", list(CHECKS))
+def test_every_check_conforms(name: str) -> None:
+    check_check(name)
 
 
 @pytest.mark.parametrize("level", [1.0, 0.3])

@@ -9,10 +9,10 @@ import rooms.effects
 from rir import GainPattern, Pose, Poses
 from rir.errors import SceneError, SignalError
 from rooms import Scene, plan_effects, simulate
-from rooms.effects import EFFECTS, Tolerance
+from rooms.conformance import check_effect
+from rooms.effects import EFFECTS
 from rooms.hardware import DeviceResponse, Hardware
 from rooms.motion import render_moving
-from rooms.sound import Budget
 from rooms.wave_grid import WaveGrid
 
 SIZE = np.array([4.0, 3.0, 2.5])
@@ -37,28 +37,8 @@ def test_every_file_is_in_the_table():
 
 
 @pytest.mark.parametrize("name", list(EFFECTS))
-def test_verdicts_have_reasons_and_finite_costs(name):
-    budget = Budget(16000, 4800)
-    for scene in (box(), lot(), Scene.shoebox(SIZE, absorption=1.0)):
-        verdict = EFFECTS[name].needed(scene, budget, Tolerance())
-        assert verdict.reason
-        assert verdict.cost_s >= 0
-        assert not any(np.isnan(error) for error in verdict.errors.values())
-
-
-@pytest.mark.parametrize("name", list(EFFECTS))
-@pytest.mark.parametrize("make", [box, lot])
-def test_every_effect_is_reciprocal(name, make):
-    emit, hear = GainPattern.cardioid(), GainPattern.first_order(0.2)
-    effects = [*dict.fromkeys(["direct", "specular", "patterns", name])]
-    run = {"sample_rate": 8000, "duration": 0.12, "effects": effects, "rays": None}
-    if name in ("late", "scattering") and make is lot:
-        run["rays"] = 400
-    there = simulate(make(emitter_gain=emit, listener_gain=hear), A, B, **run)
-    back = simulate(make(emitter_gain=hear, listener_gain=emit), B, A, **run)
-    forward, reverse = there.responses[0, 0], back.responses[0, 0]
-    error = np.linalg.norm(forward - reverse) / np.linalg.norm(forward)
-    assert error < 10 ** (-120 / 20)
+def test_every_effect_conforms(name):
+    check_effect(name, rays=400 if name in ("late", "scattering") else None)
 
 
 def test_all_effects_together_are_reciprocal_in_any_room():
