@@ -19,9 +19,9 @@ from fields.data import FieldData
 from fields.plan import TrainingPlan
 from inverse.blend.fallback import NearestRows
 from inverse.blend.mixture import mix, mixing_weights
-from inverse.blend.proof import beaten_by_nearest, prove
-from inverse.late.tiles import Tiles
 from inverse.rows.fitset import FitSet, place_numbers
+from inverse.rows.proof import beaten_by_nearest, prove
+from inverse.rows.tiles import Tiles
 from rir import Poses
 from rir.errors import MissingPartError
 from rir.optional import require

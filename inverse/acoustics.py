@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from inverse.array_parts import part_of, prefixed
+from inverse.bands.fitted_bands import bands_of
 from inverse.blend.aligned import AlignedRows
 from inverse.blend.blend import Rest
 from inverse.blend.fallback import NearestRows
-from inverse.names import part_of, prefixed
 from inverse.objects.found_objects import FoundObjects
 from inverse.paths.polyhedral import FittedMesh
 from inverse.paths.shoebox import FittedRoom
@@ -115,7 +116,7 @@ class Acoustics:
         if isinstance(self.fitted, FittedMesh):
             return told | self.fitted.report()
         room, spread = self.fitted.room, self.fitted.spreads()
-        heard, found = room.box.found, FoundObjects.of(self.fitted.banded)
+        heard, found = room.box.found, FoundObjects.of(bands_of(self.fitted))
         return told | {
             "walls": int(heard.sum()),
             "planes": room.box.planes[heard].tolist(),

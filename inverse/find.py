@@ -7,13 +7,15 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from inverse.acoustics import Acoustics
-from inverse.bands.banded_fit import in_half_octaves
+from inverse.banded_fit import in_half_octaves
+from inverse.bands.fitted_bands import FittedBandedRoom
 from inverse.blend.blend import Rest
 from inverse.blend.fallback import NearestRows
 from inverse.guard import guarded
 from inverse.paths.air import at_one_temperature, logged_temperature
 from inverse.paths.long_rows import followed
 from inverse.paths.open_air import fit_open_air
+from inverse.paths.oriented_box import OrientedBox
 from inverse.paths.polyhedral import FittedMesh, fit_drawn, mesh_alarms
 from inverse.paths.polyhedron import Polyhedron
 from inverse.paths.recording import (
@@ -30,7 +32,6 @@ from inverse.rows.outlier_rows import outlier_rows
 from inverse.rows.pose_spread import pose_alarms
 from inverse.rows.suspect_rows import doubtful_rows, doubtful_words
 from inverse.rows.units import checked_units
-from inverse.walls.box import OrientedBox
 from inverse.walls.box_search import search_box
 from inverse.walls.convex import try_convex
 from inverse.walls.inner_walls import find_inner_walls
@@ -203,7 +204,7 @@ def room_in_rows(
         )
         return _without_room(rows, alarms, late, *patterns)
     if isinstance(fitted, FittedRoom) and unexplained > PERFECT:
-        banded = in_half_octaves(short, fitted, judged.cut(short.n_samples))
+        banded = in_half_octaves(short, fitted, judged.cut(short.n_samples), pose_sd_m)
         if banded is not None:
             fitted = banded
             early = fitted.predict(judged.emitters, judged.listeners, rows.n_samples)
@@ -234,7 +235,7 @@ def _judged_rows(n_samples: int) -> int:
 
 
 def _banded(fitted: FittedRoom | FittedMesh) -> bool:
-    return isinstance(fitted, FittedRoom) and fitted.banded is not None
+    return isinstance(fitted, FittedBandedRoom)
 
 
 def _fitted(
@@ -356,8 +357,7 @@ def _sounding(rows: FitSet) -> FitSet:
 
 
 def _latency(fitted: FittedRoom | FittedMesh) -> float:
-    room = getattr(fitted, "room", fitted)
-    return float(getattr(room, "latency_s", 0.0))
+    return float(fitted.room.latency_s)
 
 
 def _room_alarms(fitted: FittedRoom | FittedMesh, unexplained: float) -> list[str]:

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 from inverse.acoustics import Acoustics
 from inverse.blend.fallback import NearestRows
-from inverse.blend.proof import MOST_ROWS, beaten_by_nearest, error_ratio, prove
 from inverse.rows.fitset import FitSet
+from inverse.rows.proof import MOST_ROWS, beaten_by_nearest, error_ratio, prove
 from inverse.rows.units import checked_units
 
 __all__ = ["guarded", "needs_network"]

@@ -4,13 +4,14 @@ from typing import Any
 
 import numpy as np
 
+from inverse.array_parts import part_of, prefixed
 from inverse.bands.banded_room import BandedRoom
-from inverse.names import part_of, prefixed
+from inverse.bands.fitted_bands import FittedBandedRoom
 from inverse.paths.bank import PulseBank
 from inverse.paths.coloring import Coloring
+from inverse.paths.oriented_box import OrientedBox
 from inverse.paths.room import BoxRoom
 from inverse.paths.shoebox import FittedRoom
-from inverse.walls.box import OrientedBox
 
 __all__ = ["room_arrays", "room_from"]
 
@@ -21,9 +22,8 @@ _SCALARS = ("speed_of_sound", "latency_s", "sample_rate", "reach_m")
 def room_arrays(fitted: FittedRoom) -> dict[str, Any]:
     """Return a fitted box as named plain values."""
     room = fitted.room
-    banded = {} if fitted.banded is None else fitted.banded.as_arrays()
     return {
-        **prefixed("banded", banded),
+        **_banded_arrays(fitted),
         **prefixed("box", vars(room.box)),
         **{name: getattr(room, name) for name in _SCALARS},
         "order": room.order,
@@ -35,7 +35,14 @@ def room_arrays(fitted: FittedRoom) -> dict[str, Any]:
         "coloring": fitted.coloring.factors,
         "covariance": fitted.covariance,
         "active": fitted.active,
-    } | ({} if fitted.tones is None else {"tones": fitted.tones})
+    }
+
+
+def _banded_arrays(fitted: FittedRoom) -> dict[str, Any]:
+    if not isinstance(fitted, FittedBandedRoom):
+        return {}
+    arrays = prefixed("banded", fitted.banded.as_arrays())
+    return arrays if fitted.tones is None else arrays | {"tones": fitted.tones}
 
 
 def room_from(arrays: dict[str, np.ndarray]) -> FittedRoom:
@@ -51,13 +58,9 @@ def room_from(arrays: dict[str, np.ndarray]) -> FittedRoom:
         **scalars,
     )
     coloring = Coloring(arrays["coloring"], scalars["sample_rate"])
+    fitted = room, coloring, arrays["covariance"], arrays["active"]
     parts = part_of(arrays, "banded")
-    banded = BandedRoom.from_arrays(room, parts) if parts else None
-    return FittedRoom(
-        room,
-        coloring,
-        arrays["covariance"],
-        arrays["active"],
-        banded,
-        arrays.get("tones"),
-    )
+    if not parts:
+        return FittedRoom(*fitted)
+    banded = BandedRoom.from_arrays(room, parts)
+    return FittedBandedRoom(*fitted, banded, arrays.get("tones"))

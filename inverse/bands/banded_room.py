@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from inverse.bands.half_octaves import HalfOctaves, Kernels
-from inverse.objects.occluders import Occluders
-from inverse.objects.scatterers import Scatterers
+from inverse.bands.half_octaves import HalfOctaves, Kernels, LoopInput
+from inverse.bands.occluders import Occluders
+from inverse.bands.scatterers import Scatterers
 from inverse.paths.room import MOST_IMAGES, BoxRoom
 from rir import Poses
 
@@ -90,19 +90,18 @@ class BandedRoom:
             chosen = np.ones(self.grid.bands, dtype=bool)
         out = np.zeros((len(emitters), self.grid.total), dtype=np.complex128)
         add: Any = render_bands
-        add(
-            *self.room.ends(emitters, listeners),
-            *self.inside(),
-            *_parts(kernels),
-            most_images(self),
-            chosen,
-            out,
-        )
+        taken = self.taken(emitters, listeners, kernels)
+        add(*taken.ends, *taken.inside, *taken.arrivals, most_images(self), chosen, out)
         if self.occluders is not None:
-            self.occluders.add(self, emitters, listeners, kernels, chosen, out)
+            self.occluders.add(taken, self.room.box, self.grid.centers, chosen, out)
         if self.scatterers is not None:
-            self.scatterers.add(self, emitters, listeners, kernels, chosen, out)
+            self.scatterers.add(taken, self.room.box, chosen, out)
         return out
+
+    def taken(self, emitters: Poses, listeners: Poses, kernels: Kernels) -> LoopInput:
+        """Return poses, room and kernels as the compiled loops take them."""
+        ends = self.room.ends(emitters, listeners)
+        return LoopInput(ends, self.inside(), _parts(kernels))
 
     def kernels(self, weight: FloatArray) -> Kernels:
         """Return arrivals as the bands hear them, their phase included."""

@@ -6,6 +6,7 @@ so that an image costs a dozen taps a band whatever the sample rate.
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,25 @@ PAD_S = 0.03
 SPARE = 1.6
 """Envelope samples over the bins of a band."""
 FRACTIONS, TAPS, MOST_TAPS = 64, 14, 48
+
+
+@dataclass(frozen=True, eq=False)
+class LoopInput:
+    """Hold what every compiled loop over half octaves starts from, in their order.
+
+    Parameters
+    ----------
+    ends : tuple
+        Places and patterns' frames of both ends, one a row.
+    inside : tuple
+        Geometry, walls, air, devices and orders of the room.
+    arrivals : tuple
+        Kernels of arrivals.
+    """
+
+    ends: tuple[Any, ...]
+    inside: tuple[Any, ...]
+    arrivals: tuple[Any, ...]
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from inverse.paths.open_air import aimed_offsets
+from inverse.rows.directivity import aimed_offsets
 from inverse.rows.fitset import FitSet
 from rir import Poses
 

@@ -13,16 +13,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from inverse.array_parts import part_of
 from inverse.blend.aligned import AlignedRows
 from inverse.blend.direct_levels import Launch
 from inverse.blend.mixture import mix, mixing_weights
-from inverse.blend.proof import Proof, prove
 from inverse.late.completion import Completion
 from inverse.late.measured_energies import MeasuredEnergies
-from inverse.late.tiles import Tiles
-from inverse.names import part_of
-from inverse.paths.open_air import directivity
+from inverse.paths.polyhedral import FittedMesh
+from inverse.paths.shoebox import FittedRoom
+from inverse.rows.directivity import directivity
 from inverse.rows.fitset import FitSet
+from inverse.rows.proof import Proof, prove
+from inverse.rows.tiles import Tiles
 from rir import Poses
 
 __all__ = ["Rest"]
@@ -74,7 +76,7 @@ class Rest:
         rows: FitSet,
         judged: FitSet,
         early: FloatArray,
-        paths: Any,
+        paths: FittedRoom | FittedMesh,
         *,
         aimed: bool | None = None,
         latency_s: float = 0.0,
@@ -89,8 +91,8 @@ class Rest:
             Those to judge by.
         early : ndarray
             What paths say of the judged rows, shape (judged, n_samples).
-        paths : object
-            Who said it; its speed of sound and spread of lengths are used.
+        paths : FittedRoom or FittedMesh
+            What predicted it; its speed of sound and spread of lengths are used.
         aimed : bool, optional
             Whether the devices differ in pattern; found out when left out.
         latency_s : float

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inverse.blend.aligned import squares
-from inverse.blend.proof import prove
 from inverse.rows.fitset import FitSet
+from inverse.rows.proof import prove
 from rir import Poses
 
 __all__ = ["NearestRows"]

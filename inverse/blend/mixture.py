@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from inverse.late.tiles import Tiles
+from inverse.rows.tiles import Tiles
 
 __all__ = ["mix", "mixing_weights"]
 

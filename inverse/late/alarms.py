@@ -3,9 +3,9 @@
 import numpy as np
 
 from inverse.late.gate import Gate
-from inverse.late.tiles import Tiles
 from inverse.rows.fitset import FitSet
 from inverse.rows.regions import Regions
+from inverse.rows.tiles import Tiles
 
 __all__ = ["completion_alarms"]
 

@@ -1,12 +1,11 @@
 """What paths leave open: late sound, gains and the alarms of the gate."""
 
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
-from inverse.blend.agreement import Agreement, bins_after
-from inverse.blend.variant_choice import settled
+from inverse.array_parts import part_of, prefixed
+from inverse.late.agreement import Agreement, bins_after
 from inverse.late.alarms import completion_alarms
 from inverse.late.coherence_horizon import Uncertainty, predicted_coherence
 from inverse.late.energy import EnergyModel, arrival_shares
@@ -17,10 +16,12 @@ from inverse.late.late_maps import LateMaps, chi_square_variance
 from inverse.late.measured_energies import MeasuredEnergies
 from inverse.late.spatial_tail import SpatialTail
 from inverse.late.spectral_tilt import colored, tilt_filter
-from inverse.late.tiles import Tiles
-from inverse.names import part_of, prefixed
+from inverse.late.variant_choice import choose_variant
+from inverse.paths.polyhedral import FittedMesh
+from inverse.paths.shoebox import FittedRoom
 from inverse.rows.fitset import FitSet
 from inverse.rows.regions import Regions, apartness
+from inverse.rows.tiles import Tiles
 from rir import Poses
 
 __all__ = ["Completion"]
@@ -65,7 +66,7 @@ class Completion:
         cls,
         fit_set: FitSet,
         early: np.ndarray,
-        paths: Any,
+        paths: FittedRoom | FittedMesh | None,
         *,
         spatial: bool = False,
         measured: MeasuredEnergies | None = None,
@@ -79,7 +80,7 @@ class Completion:
             Measured rows.
         early : numpy.ndarray
             The paths' answer, shape (rows, n_samples); zeros without paths.
-        paths : object or None
+        paths : FittedRoom, FittedMesh or None
             The paths; their ``speed_of_sound`` and ``length_sd`` are used.
         spatial : bool
             Let the tail differ from place to place as in a diffuse field. The
@@ -96,7 +97,7 @@ class Completion:
         ends = fit_set.emitters.positions, fit_set.listeners.positions
         held = _tile_energies(known, loud)
         model_misfit = known.misfit
-        doubt = Uncertainty(walls=getattr(paths, "length_sd", None))
+        doubt = Uncertainty(walls=None if paths is None else paths.length_sd)
         expected = predicted_coherence(tiles.centers, tiles.times, speed, doubt)
         apart = apartness(regions(ends[0]), regions(ends[1]))
         # Filters ring before the direct sound; what is told of that is no merit.
@@ -120,7 +121,7 @@ class Completion:
         some = np.arange(0, len(fit_set), -(-len(fit_set) // most))
         guided = None if guide is None else loud[some]
         energies = held.measured[some]
-        return settled(rough, fit_set.rows(some), early[some], energies, guided)
+        return choose_variant(rough, fit_set.rows(some), early[some], energies, guided)
 
     def trimmed(
         self,
@@ -228,7 +229,7 @@ class Completion:
     def as_arrays(self) -> dict[str, np.ndarray]:
         """Return everything as plain arrays, for a file."""
         model, regions = self.model, self.model.features.regions
-        slopes = max(len(one.rates) for one in model.maps)
+        tail, slopes = self.tail, max(len(one.rates) for one in model.maps)
         return {
             "sample_rate": np.array(self.tiles.sample_rate),
             "n_samples": np.array(self.tiles.n_samples),
@@ -248,10 +249,10 @@ class Completion:
             "gate_coherence": self.gate.coherence,
             "gate_trims": self.gate.trims,
             **prefixed("agreement", self.agreement.as_arrays()),
-            "tail_seed": np.array(self.tail.seed),
-            "tail_center": self.tail.center,
-            "tail_spatial": np.array(isinstance(self.tail, SpatialTail)),
-            "tail_tint": getattr(self.tail, "tint", np.ones(1)),
+            "tail_seed": np.array(tail.seed),
+            "tail_center": tail.center,
+            "tail_spatial": np.array(isinstance(tail, SpatialTail)),
+            "tail_tint": tail.tint if isinstance(tail, EvenTail) else np.ones(1),
             "alarms": np.array(self.alarms, dtype=str),
             "finish": self.finish,
         }

@@ -12,8 +12,8 @@ import numpy as np
 from inverse.late.features import PlaceFeatures
 from inverse.late.late_maps import LateMaps, chi_square_bias, fit_maps
 from inverse.late.slopes import common_rates, region_curves
-from inverse.late.tiles import Tiles
 from inverse.rows.regions import apartness
+from inverse.rows.tiles import Tiles
 
 __all__ = ["EnergyModel", "arrival_shares"]
 

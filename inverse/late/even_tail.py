@@ -11,7 +11,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from inverse.late.spectral_tilt import colored
-from inverse.late.tiles import Tiles
+from inverse.rows.tiles import Tiles
 
 __all__ = ["EvenTail", "even_noise"]
 

@@ -1,16 +1,17 @@
 """What measured rows say of late sound, whatever paths say of it."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from inverse.late.energy import EnergyModel
 from inverse.late.features import PlaceFeatures
-from inverse.late.tiles import Tiles
 from inverse.paths.open_air import free_levels
+from inverse.paths.polyhedral import FittedMesh
+from inverse.paths.shoebox import FittedRoom
 from inverse.rows.fitset import FitSet
 from inverse.rows.regions import Regions, find_regions, sight_bits
+from inverse.rows.tiles import Tiles
 
 __all__ = ["MeasuredEnergies", "log_misfit"]
 
@@ -54,14 +55,16 @@ class MeasuredEnergies:
     misfit: np.ndarray
 
     @classmethod
-    def of(cls, rows: FitSet, paths: Any) -> "MeasuredEnergies":
+    def of(
+        cls, rows: FitSet, paths: FittedRoom | FittedMesh | None
+    ) -> "MeasuredEnergies":
         """Learn energies of rows; `paths` tell the speed of sound and free levels."""
         most = int(np.clip(MOST_SAMPLES // rows.n_samples, LEAST_ROWS, MOST_ROWS))
         kept = np.arange(len(rows))
         if len(rows) > most:
             kept = _spread_rows(rows, most)
             rows = rows.rows(kept)
-        speed = float(getattr(paths, "speed_of_sound", rows.speed_of_sound))
+        speed = float((rows if paths is None else paths).speed_of_sound)
         tiles = Tiles(rows.sample_rate, rows.n_samples)
         ends = rows.emitters.positions, rows.listeners.positions
         free = free_levels(paths, rows.emitters, rows.listeners)

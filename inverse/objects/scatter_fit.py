@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from inverse.bands.band_fit import BandData
 from inverse.bands.banded_room import BandedRoom
+from inverse.bands.scatterers import Scatterers
 from inverse.objects.scatter_scan import ResidualSignals, residual_signals
-from inverse.objects.scatterers import Scatterers
 
 __all__ = ["find_scatterers", "with_scatterers"]
 
@@ -218,7 +218,8 @@ def _column(data: BandData, banded: BandedRoom, point: FloatArray) -> ComplexArr
     one = Scatterers(point[None], np.ones((grid.bands, 1), dtype=np.complex128))
     kernels = banded.kernels(data.weight)
     chosen = grid.centers > LOWEST_HZ
-    one.add(banded, data.emitters, data.listeners, kernels, chosen, out)
+    taken = banded.taken(data.emitters, data.listeners, kernels)
+    one.add(taken, banded.room.box, chosen, out)
     return out
 
 

@@ -52,7 +52,7 @@ class ResidualSignals:
 
     def agreement(self, points: FloatArray) -> FloatArray:
         """Return how well paths by way of each point agree, shape (points,)."""
-        from inverse.objects.scatter_kernel import sum_points
+        from inverse.bands.scatter_kernel import sum_points
 
         room = self.banded.room
         sums = np.zeros(len(points), dtype=np.complex128)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from inverse.bands.band_fit import BandData, band_data, fit_walls
 from inverse.bands.banded_room import BandedRoom
-from inverse.objects.occluders import Occluders, voxels_of
+from inverse.bands.occluders import Occluders, voxels_of
 from inverse.rows.fitset import FitSet
 
 __all__ = ["PathLosses", "find_occluders", "measure_losses", "with_occluders"]
@@ -63,7 +63,7 @@ class PathLosses:
 
 def measure_losses(data: BandData, banded: BandedRoom) -> PathLosses:
     """Compare direct sounds and echoes of few walls with what they should be."""
-    from inverse.objects.occlusion_kernel import trace_paths
+    from inverse.bands.occlusion_kernel import trace_paths
 
     grid, room = banded.grid, banded.room
     shape, rows = voxels_of(room.box), len(data.targets)
@@ -123,7 +123,7 @@ def _gains(
 
     All paths of a row are solved at once; each is expected to be as told, by 1.
     """
-    from inverse.objects.occlusion_kernel import part_paths
+    from inverse.bands.occlusion_kernel import part_paths
 
     grid, room = banded.grid, banded.room
     first, period = int(grid.starts[band]), int(grid.lengths[band])
@@ -194,7 +194,8 @@ def with_occluders(rows: FitSet, data: BandData, banded: BandedRoom) -> BandedRo
     shadows = np.zeros_like(data.targets)
     every = np.ones(banded.grid.bands, dtype=bool)
     kernels = banded.kernels(data.weight)
-    found.add(banded, data.emitters, data.listeners, kernels, every, shadows)
+    taken = banded.taken(data.emitters, data.listeners, kernels)
+    found.add(taken, banded.room.box, banded.grid.centers, every, shadows)
     lit = replace(data, targets=data.targets - shadows)
     banded, _ = fit_walls(lit, banded, 2, chosen=banded.grid.centers > WALLS_HZ)
     again = find_occluders(some, banded, WORTH)

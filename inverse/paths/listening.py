@@ -10,7 +10,7 @@ from inverse.paths.resumed import resumed
 from inverse.paths.room import OMNI
 from inverse.paths.shoebox import FittedRoom, without_slow
 from inverse.rows.fitset import FitSet
-from inverse.walls.inner_walls import left_over
+from inverse.rows.unexplained import unexplained_energy
 from rir import GainPattern, Poses
 
 __all__ = ["Listening", "hear_listener", "pattern_of"]
@@ -45,19 +45,19 @@ def hear_listener(rows: FitSet, fitted: FittedRoom | FittedMesh) -> Listening:
         return none
     few = rows.spread(FITTED_ROWS)
     fresh = rows.spread_rest(FITTED_ROWS).spread(FRESH_ROWS)
-    before = left_over(fresh, fitted)
+    before = unexplained_energy(fresh, fitted)
     if before < LEFT:
         return none
     tried, last = fitted, before
     for turn in range(ROUNDS):
         better = _with_pattern(few, tried)
-        if turn == 0 and left_over(fresh, better) > HOPEFUL * before:
+        if turn == 0 and unexplained_energy(fresh, better) > HOPEFUL * before:
             return none
         try:
             better = resumed(rows, better, count=FITTED_ROWS, turns=1)
         except np.linalg.LinAlgError:
             return none
-        left = left_over(fresh, better)
+        left = unexplained_energy(fresh, better)
         if left < last:
             tried, gain, last = better, left / last, left
             if gain > HOPEFUL:

@@ -11,7 +11,7 @@ import numpy as np
 from inverse.paths.polyhedral import FittedMesh
 from inverse.paths.shoebox import FittedRoom, with_right_order
 from inverse.rows.fitset import FitSet
-from inverse.walls.inner_walls import left_over
+from inverse.rows.unexplained import unexplained_energy
 
 __all__ = ["followed"]
 
@@ -41,11 +41,11 @@ def followed(rows: FitSet, fitted: FittedRoom | FittedMesh) -> FittedRoom | Fitt
     known = round(
         (room.reach_m / room.speed_of_sound + room.latency_s) * few.sample_rate
     )
-    if room.reach_m >= end or left_over(few.cut(known), fitted) > CLEAN:
+    if room.reach_m >= end or unexplained_energy(few.cut(known), fitted) > CLEAN:
         return fitted
     size = np.minimum(room.box.high - room.box.low, end)
     most = (3 * MOST_IMAGES * float(np.prod(size)) / (4 * np.pi)) ** (1 / 3)
     longer = replace(room, reach_m=min(end, most), order=400)
     onward = replace(fitted, room=with_right_order(few, longer))
-    better = left_over(few, onward) < BETTER * left_over(few, fitted)
+    better = unexplained_energy(few, onward) < BETTER * unexplained_energy(few, fitted)
     return onward if better else fitted

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from inverse.paths.box_fit import slow_columns
 from inverse.paths.descent import damped_step, root_mean_square, row_weights, trust
 from inverse.paths.mesh_room import MeshRoom
+from inverse.paths.polyhedron import tangents
 from inverse.rows.fitset import FitSet
-from inverse.walls.scan import tangents
 
 __all__ = ["MeshStep", "PlaneFit", "family_sd", "fit_planes", "squared_errors"]
 

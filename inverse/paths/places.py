@@ -16,7 +16,7 @@ from inverse.paths.polyhedral import FittedMesh
 from inverse.paths.resumed import resumed
 from inverse.paths.shoebox import FittedRoom, without_slow
 from inverse.rows.fitset import FitSet
-from inverse.walls.inner_walls import left_over
+from inverse.rows.unexplained import unexplained_energy
 from rir import Poses
 
 __all__ = ["Corrected", "correct_places", "placed"]
@@ -86,7 +86,7 @@ def correct_places(
     few = rows.spread(ROWS)
     if sigma <= 0 or len(few) < LEAST_ROWS:
         return none
-    before = left_over(few, fitted)
+    before = unexplained_energy(few, fitted)
     if not LEFT < before < MOST:
         return none
     room, moved, shifts = fitted, few, np.zeros((len(few), 6))
@@ -94,20 +94,24 @@ def correct_places(
         shifts = _settled(few, shifts, room, sigma)
         moved = _at(few, shifts)
         first = room is fitted and isinstance(room, FittedRoom)
-        if first and left_over(moved, room) > CAUSE * before:
+        if first and unexplained_energy(moved, room) > CAUSE * before:
             return none
         try:
             room = resumed(moved, room, count=ROWS)
         except np.linalg.LinAlgError:
             return none
-    after = left_over(moved, room)
+    after = unexplained_energy(moved, room)
     fresh = rows.spread_rest(ROWS).spread(FRESH_ROWS) if len(rows) > ROWS else few
-    worse = left_over(fresh, room) > HARMLESS * left_over(fresh, fitted)
+    worse = unexplained_energy(fresh, room) > HARMLESS * unexplained_energy(
+        fresh, fitted
+    )
     if after > WORTH * before or worse:
         return none
     # rows kept out, put where either room says they stood, decide between rooms
     some = fresh.spread(PROVEN_ROWS)
-    old, new = (left_over(placed(some, one, sigma), one) for one in (fitted, room))
+    old, new = (
+        unexplained_energy(placed(some, one, sigma), one) for one in (fitted, room)
+    )
     if new > old:
         return none
     return Corrected(room, shifts, before, after)

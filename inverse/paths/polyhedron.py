@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from rooms import Scene
     from rooms.mesh import MeshGeometry
 
-__all__ = ["Polyhedron"]
+__all__ = ["Polyhedron", "tangents"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -133,3 +133,11 @@ def _merged(
         number[same & (number < 0)] = len(kept)
         kept.append(row)
     return rows[kept], number
+
+
+def tangents(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return two unit vectors that make a frame with a normal."""
+    axis = np.eye(3)[int(np.argmin(np.abs(normal)))]
+    first = np.cross(normal, axis)
+    first = np.asarray(first / np.linalg.norm(first), dtype=np.float64)
+    return first, np.asarray(np.cross(normal, first), dtype=np.float64)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inverse.paths.bank import PulseBank
-from inverse.walls.box import OrientedBox
+from inverse.paths.oriented_box import OrientedBox
 from rir import Poses
 
 __all__ = ["BoxRoom", "turns_of"]

@@ -6,17 +6,15 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from inverse.bands.banded_room import BandedRoom
-from inverse.late.tiles import Tiles
 from inverse.paths.bank import ideal_bank
 from inverse.paths.box_fit import Step, fit_room, slow_columns
 from inverse.paths.coloring import Coloring
 from inverse.paths.descent import root_mean_square
+from inverse.paths.oriented_box import OrientedBox
 from inverse.paths.polish import polished, without_coloring
 from inverse.paths.room import OMNI, BoxRoom
 from inverse.rows.direct import DirectSound
 from inverse.rows.fitset import FitSet
-from inverse.walls.box import OrientedBox
 from rir import GainPattern, Poses
 
 __all__ = ["FittedRoom", "fit_shoebox", "with_right_order", "without_slow"]
@@ -42,29 +40,11 @@ class FittedRoom:
     coloring: Coloring
     covariance: FloatArray
     active: NDArray[np.bool_]
-    banded: BandedRoom | None = None
-    tones: FloatArray | None = None
-    """Gains of octaves and bins of a banded room, (octaves, bins)."""
 
     def predict(self, emitters: Poses, listeners: Poses, n_samples: int) -> FloatArray:
         """Return all paths' sound, shape (rows, n_samples)."""
-        if self.banded is not None:
-            plain = self.banded.render(emitters, listeners, n_samples)
-            return plain if self.tones is None else self._toned(plain)
         render = partial(self.room.render, emitters, listeners)
         return self.coloring.heard(render, n_samples)
-
-    def _toned(self, plain: FloatArray) -> FloatArray:
-        """Give each tile of octaves and time the energy it has on average."""
-        if self.banded is None or self.tones is None:
-            return plain
-        grid, out = self.banded.grid, plain.copy()
-        kept = min(grid.n_samples, plain.shape[1])
-        tiles = Tiles(grid.sample_rate, kept)
-        gains = self.tones[None, :, : tiles.bins]
-        gains = np.broadcast_to(gains, (len(plain), *gains.shape[1:]))
-        out[:, :kept] = tiles.gained(plain[:, :kept], gains)
-        return out
 
     @property
     def speed_of_sound(self) -> float:

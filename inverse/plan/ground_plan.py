@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from inverse.bands.fitted_bands import bands_of
 from inverse.objects.found_objects import FoundObjects
+from inverse.paths.oriented_box import OrientedBox
 from inverse.paths.polyhedral import FittedMesh
 from inverse.paths.polyhedron import Polyhedron
 from inverse.paths.shoebox import FittedRoom
-from inverse.walls.box import OrientedBox
 from inverse.walls.cells import cut_cells, label_cells, shape_of
 from rir.errors import SignalError
 from rir.schema import Schema
@@ -158,7 +159,7 @@ def plan_of(
         np.unique(listeners[:, :2].round(3), axis=0),
         np.array(pieces).reshape(-1, 2, 2),
         height,
-        furnishing=FoundObjects.of(getattr(fitted, "banded", None)),
+        furnishing=FoundObjects.of(bands_of(fitted)),
         **told,
     )
 

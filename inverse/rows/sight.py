@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from inverse.paths.open_air import aimed_offsets
 from inverse.rows.direct import DirectSound
+from inverse.rows.directivity import aimed_offsets
 from inverse.rows.fitset import FitSet
 from inverse.rows.regions import HIDDEN, SEEN, Regions, direct_levels, find_regions
 

@@ -1,10 +1,9 @@
-"""A box-shaped room in any attitude, and how it is put together from planes."""
-
-from dataclasses import dataclass, replace
+"""How boxes are put together from planes that were found."""
 
 import numpy as np
 from numpy.typing import NDArray
 
+from inverse.paths.oriented_box import FAR_M, OrientedBox
 from inverse.walls.scan import (
     REACH_M,
     SURE_Z,
@@ -13,10 +12,9 @@ from inverse.walls.scan import (
     judge_planes,
 )
 
-__all__ = ["OrientedBox", "assemble_boxes", "walled"]
+__all__ = ["assemble_boxes", "walled"]
 
 FloatArray = NDArray[np.float64]
-FAR_M = 500.0  # stands for no wall: no response is as long
 SQUARE_DEG = 3.0  # found planes are off by as much as the normals of the scan are apart
 SQUARE = np.sin(np.radians(SQUARE_DEG))
 ALONG_STEP_M = 0.01  # an echo moves by 2 cm, a fifth of a wave of the widest band
@@ -31,58 +29,6 @@ fit; with eight, phantoms of a single emitter leave the true one among them."""
 FLAT_M = 0.1  # places of less extent lie in one plane: their walls have mirror twins
 SAME_WALL_M = 0.15  # two echoes closer than 0.3 m of path are one wall's
 SAME_WALL_DEG = 1.5  # of two rooms; wider, walls that differ become one
-
-
-@dataclass(frozen=True, eq=False)
-class OrientedBox:
-    """Hold the walls of a box.
-
-    Parameters
-    ----------
-    axes : ndarray, shape (3, 3)
-        Rows are the box's axes in the room's coordinates.
-    origin : ndarray, shape (3,)
-        A point inside, from which the walls are measured.
-    low, high : ndarray, shape (3,)
-        Walls along each axis, relative to the origin; `FAR_M` away where no
-        wall was found.
-    z : ndarray, shape (6,)
-        How clearly each wall was found (low x, high x, low y, ...); 0 if not.
-    """
-
-    axes: FloatArray
-    origin: FloatArray
-    low: FloatArray
-    high: FloatArray
-    z: FloatArray
-
-    @property
-    def planes(self) -> FloatArray:
-        """Normals into the room and offsets, shape (6, 4)."""
-        rows = []
-        for axis in range(3):
-            middle = float(self.axes[axis] @ self.origin)
-            rows.append(np.append(self.axes[axis], middle + self.low[axis]))
-            rows.append(np.append(-self.axes[axis], -middle - self.high[axis]))
-        return np.array(rows)
-
-    @property
-    def found(self) -> NDArray[np.bool_]:
-        """Whether each of the six walls was found."""
-        walls = np.stack([-self.low, self.high], axis=1).ravel()
-        return walls < 0.5 * FAR_M
-
-    def inside(self, positions: FloatArray) -> FloatArray:
-        """Return positions in the frame of the box, relative to its origin."""
-        return (positions - self.origin) @ self.axes.T
-
-    def turned(self, turn: FloatArray) -> "OrientedBox":
-        """Return the box turned by a small rotation vector in its own frame."""
-        from scipy.spatial.transform import Rotation
-
-        # poses move by +turn in the frame, so the axes move by its inverse
-        axes = Rotation.from_rotvec(turn).as_matrix() @ self.axes
-        return replace(self, axes=axes)
 
 
 def assemble_boxes(

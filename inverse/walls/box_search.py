@@ -10,11 +10,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from inverse.paths.oriented_box import FAR_M, OrientedBox
 from inverse.paths.room import BoxRoom
 from inverse.rows.direct import DirectSound
 from inverse.rows.fitset import FitSet
-from inverse.rows.low_sound import LowSound, Trial
-from inverse.walls.box import FAR_M, SAME_WALL_M, OrientedBox, walled
+from inverse.walls.box import SAME_WALL_M, walled
+from inverse.walls.low_sound import LowSound, Trial
 from inverse.walls.scan import ScanSignals
 
 __all__ = ["SearchedBox", "search_box"]

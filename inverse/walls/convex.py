@@ -15,8 +15,9 @@ from inverse.paths.polyhedron import Polyhedron
 from inverse.paths.shoebox import FittedRoom
 from inverse.rows.direct import DirectSound
 from inverse.rows.fitset import FitSet
+from inverse.rows.unexplained import unexplained_energy
 from inverse.walls.box import SQUARE_DEG
-from inverse.walls.inner_walls import JUDGED_ROWS, left_over
+from inverse.walls.inner_walls import JUDGED_ROWS
 from inverse.walls.scan import SURE_Z, FoundPlane
 from rir import GainPattern
 
@@ -44,7 +45,9 @@ class ConvexTrial:
 
     def beats(self, rows: FitSet, box: FittedRoom) -> bool:
         """Return whether it leaves clearly less than a box does."""
-        return self.unexplained < BETTER * left_over(rows.spread(JUDGED_ROWS), box)
+        return self.unexplained < BETTER * unexplained_energy(
+            rows.spread(JUDGED_ROWS), box
+        )
 
     @property
     def is_clean(self) -> bool:
@@ -85,7 +88,7 @@ def try_convex(
         return None
     if np.abs(fitted.room.walls).min() < SILENT:
         return None
-    return ConvexTrial(fitted, left_over(rows.spread(JUDGED_ROWS), fitted))
+    return ConvexTrial(fitted, unexplained_energy(rows.spread(JUDGED_ROWS), fitted))
 
 
 def convex_room(rows: FitSet, found: list[FoundPlane]) -> Polyhedron | None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from inverse.walls.box import OrientedBox
+from inverse.paths.oriented_box import OrientedBox
 from inverse.walls.opening import Opening, find_opening, find_thickness
 from inverse.walls.slabs import find_slab, half_slab, with_face
 

@@ -9,6 +9,7 @@ from inverse.paths.polyhedral import FittedMesh, fit_polyhedron
 from inverse.paths.shoebox import FittedRoom
 from inverse.rows.direct import DirectSound
 from inverse.rows.fitset import FitSet
+from inverse.rows.unexplained import unexplained_energy
 from inverse.walls.outline import (
     Outline,
     find_clues,
@@ -47,10 +48,10 @@ def find_inner_walls(
 
     The room is only taken where it tells the rows clearly better than the box.
     """
-    if rows.n_places < 2 or left_over(rows.spread(FEW_ROWS), fitted) < CLEAR:
+    if rows.n_places < 2 or unexplained_energy(rows.spread(FEW_ROWS), fitted) < CLEAR:
         return InnerWalls(None)
     few = rows.spread(JUDGED_ROWS)
-    before = left_over(few, fitted)
+    before = unexplained_energy(few, fitted)
     if before < WORTH_OPENING:
         return InnerWalls(None)
     clues = find_clues(rows, direct, fitted)
@@ -100,17 +101,10 @@ class _Judge:
             )
         except np.linalg.LinAlgError:
             return None, np.inf
-        return fitted, left_over(self.few, fitted)
+        return fitted, unexplained_energy(self.few, fitted)
 
 
 OPEN = "the walls found leave the room open: some were not heard, none is invented"
-
-
-def left_over(rows: FitSet, fitted: FittedRoom | FittedMesh) -> float:
-    """Return the part of the rows' energy that paths leave unexplained."""
-    predicted = fitted.predict(rows.emitters, rows.listeners, rows.n_samples)
-    power = max(float((rows.responses**2).sum()), 1e-300)
-    return float(((rows.responses - predicted) ** 2).sum()) / power
 
 
 def _worded(plane: np.ndarray) -> str:

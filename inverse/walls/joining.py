@@ -6,6 +6,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from inverse.paths.oriented_box import OrientedBox
 from inverse.paths.polyhedral import FittedMesh, fit_polyhedron
 from inverse.paths.polyhedron import Polyhedron
 from inverse.paths.shoebox import FittedRoom
@@ -14,9 +15,9 @@ from inverse.rows.fitset import FitSet
 from inverse.rows.onsets import read_onsets
 from inverse.rows.regions import Regions
 from inverse.rows.sight import Sight, read_sight
-from inverse.walls.box import OrientedBox
+from inverse.rows.unexplained import unexplained_energy
 from inverse.walls.doorway import PairsAcross, find_doorway
-from inverse.walls.inner_walls import BETTER, EXPLAINING, JUDGED_ROWS, left_over
+from inverse.walls.inner_walls import BETTER, EXPLAINING, JUDGED_ROWS
 from inverse.walls.opening import Opening
 from inverse.walls.room_boxes import LEAST_ROWS, find_boxes
 from inverse.walls.slabs import joined_shape
@@ -91,7 +92,7 @@ def join_rooms(
     few = rows.spread(JUDGED_ROWS)
     if regions.count < 2:
         return fitted, alarms
-    before = 1.0 if fitted is None else left_over(few, fitted)
+    before = 1.0 if fitted is None else unexplained_energy(few, fitted)
     if before < WORTH_JOINING:
         return fitted, alarms
     joined = find_joined(rows, direct, sight, regions)
@@ -102,7 +103,7 @@ def join_rooms(
         found = fit_polyhedron(rows, direct, joined.shape, reach_m, listening)
     except np.linalg.LinAlgError:
         return fitted, alarms
-    after = left_over(few, found)
+    after = unexplained_energy(few, found)
     if after > BETTER * before and before - after < EXPLAINING * (1 - before):
         return fitted, alarms
     return found, joined.alarms

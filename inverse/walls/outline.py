@@ -6,12 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from inverse.paths.oriented_box import OrientedBox
 from inverse.paths.polyhedron import Polyhedron
 from inverse.paths.shoebox import FittedRoom
 from inverse.rows.direct import DirectSound
 from inverse.rows.fitset import FitSet
 from inverse.rows.regions import direct_levels, sight_bits
-from inverse.walls.box import OrientedBox, walled
+from inverse.walls.box import walled
 from inverse.walls.cells import Cell, cut_cells, enclosed, label_cells, shape_of
 from inverse.walls.reentrant import (
     FRONT_M,

@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from inverse.walls.box import ALONG_STEP_M, FAR_M, OrientedBox
+from inverse.paths.oriented_box import FAR_M, OrientedBox
+from inverse.walls.box import ALONG_STEP_M
 from inverse.walls.scan import (
     REACH_M,
     SHIFTS_S,

@@ -5,16 +5,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from inverse.paths.oriented_box import FAR_M, OrientedBox
 from inverse.rows.direct import DirectSound
 from inverse.rows.fitset import FitSet
-from inverse.walls.box import (
-    FAR_M,
-    SAME_WALL_DEG,
-    SAME_WALL_M,
-    OrientedBox,
-    assemble_boxes,
-    walled,
-)
+from inverse.walls.box import SAME_WALL_DEG, SAME_WALL_M, assemble_boxes, walled
 from inverse.walls.scan import ScanSignals, judge_planes, scan_planes, scan_signals
 
 __all__ = ["find_boxes"]

@@ -11,6 +11,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from inverse.paths.polyhedron import tangents
 from inverse.rows.direct import DirectSound, whitened
 from inverse.rows.fitset import FitSet
 
@@ -310,14 +311,6 @@ def tilted(plane: FloatArray, center: FloatArray, moves: FloatArray) -> FloatArr
     turned /= np.linalg.norm(turned, axis=1, keepdims=True)
     away = normal @ center - plane[3] + moves[:, 2]
     return np.column_stack([turned, turned @ center - away])
-
-
-def tangents(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return two unit vectors that make a frame with a normal."""
-    axis = np.eye(3)[int(np.argmin(np.abs(normal)))]
-    first = np.cross(normal, axis)
-    first = np.asarray(first / np.linalg.norm(first), dtype=np.float64)
-    return first, np.asarray(np.cross(normal, first), dtype=np.float64)
 
 
 def _balanced(values: FloatArray) -> FloatArray:

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from inverse.walls.box import FAR_M, OrientedBox
+from inverse.paths.oriented_box import FAR_M, OrientedBox
 from inverse.walls.reentrant import APART_M, MARGIN_M, SURE_POOLED, PlaneEvidence
 from inverse.walls.scan import FoundPlane
 

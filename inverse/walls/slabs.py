@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from inverse.paths.oriented_box import OrientedBox
 from inverse.paths.polyhedron import Polyhedron
-from inverse.walls.box import SAME_WALL_DEG, SQUARE_DEG, OrientedBox
+from inverse.walls.box import SAME_WALL_DEG, SQUARE_DEG
 from inverse.walls.cells import cut_cells, shape_of
 from inverse.walls.opening import Opening, Slab
 

@@ -9,9 +9,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from inverse.paths.oriented_box import FAR_M, OrientedBox
 from inverse.rows.direct import DirectSound, read_direct
 from inverse.rows.fitset import FitSet
-from inverse.walls.box import FAR_M, OrientedBox, assemble_boxes
+from inverse.walls.box import assemble_boxes
 from inverse.walls.scan import FoundPlane, ScanSignals, scan_planes, scan_signals
 from rir import Poses
 

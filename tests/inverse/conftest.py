@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from inverse.paths.oriented_box import OrientedBox
 from inverse.rows.fitset import FitSet, place_numbers
-from inverse.walls.box import OrientedBox
 from rir import Poses
 
 RATE, SPEED = 16000, 343.2

@@ -3,8 +3,8 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from inverse.acoustics import Acoustics
+from inverse.banded_fit import start_banded
 from inverse.bands.band_fit import _moved, _sums, band_data
-from inverse.bands.banded_fit import start_banded
 from inverse.bands.half_octaves import HalfOctaves
 from inverse.find import room_in_rows
 from inverse.paths.bank import ideal_bank

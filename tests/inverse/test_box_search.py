@@ -5,12 +5,12 @@ import pytest
 from numpy.testing import assert_allclose
 
 from inverse.paths.bank import ideal_bank
+from inverse.paths.oriented_box import OrientedBox
 from inverse.paths.room import OMNI, BoxRoom
 from inverse.rows.direct import read_direct
 from inverse.rows.fitset import FitSet
-from inverse.rows.low_sound import LowSound
-from inverse.walls.box import OrientedBox
 from inverse.walls.box_search import search_box
+from inverse.walls.low_sound import LowSound
 from rir import Poses
 
 SIZE = np.array([5.0, 4.0, 2.8])

@@ -12,8 +12,8 @@ from inverse.late.coherence_horizon import (
 from inverse.late.completion import Completion
 from inverse.late.even_tail import even_noise
 from inverse.late.spatial_tail import SpatialTail
-from inverse.late.tiles import Tiles
 from inverse.rows.fitset import FitSet, place_numbers
+from inverse.rows.tiles import Tiles
 from rir import Poses
 
 RATE, LENGTH, SPEED = 16000.0, 1600, 343.0

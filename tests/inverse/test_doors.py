@@ -7,13 +7,13 @@ import pytest
 from numpy.testing import assert_allclose
 
 from inverse.late.late_maps import LateMaps, fit_maps
+from inverse.paths.oriented_box import OrientedBox
 from inverse.rows.direct import read_direct
 from inverse.rows.fitset import FitSet, place_numbers
 from inverse.rows.onsets import read_onsets
 from inverse.rows.partition import split_by_planes
 from inverse.rows.regions import find_regions
 from inverse.rows.sight import read_sight
-from inverse.walls.box import OrientedBox
 from inverse.walls.joining import join_rooms
 from inverse.walls.opening import Opening, Slab, find_opening, find_thickness
 from inverse.walls.slabs import find_slab, half_slab, joined_shape, with_face

@@ -11,6 +11,7 @@ from inverse.paths.bent import bends, bent_sound
 from inverse.paths.box_fit import level_errors
 from inverse.paths.coloring import Coloring
 from inverse.paths.mesh_room import MeshRoom
+from inverse.paths.oriented_box import OrientedBox
 from inverse.paths.path_list import list_paths
 from inverse.paths.polyhedral import FittedMesh, fit_drawn, fit_polyhedron
 from inverse.paths.polyhedron import Polyhedron
@@ -21,7 +22,6 @@ from inverse.plan.plan_plot import draw_plan
 from inverse.rows.direct import read_direct
 from inverse.rows.fitset import FitSet, place_numbers
 from inverse.rows.pose_spread import pose_alarms
-from inverse.walls.box import OrientedBox
 from inverse.walls.cells import cut_cells, enclosed, label_cells, shape_of
 from inverse.walls.inner_walls import find_inner_walls
 from inverse.walls.outline import find_clues, find_outline, other_outlines

@@ -8,9 +8,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from inverse.acoustics import Acoustics
 from inverse.blend.fallback import NearestRows
-from inverse.blend.proof import Proof
 from inverse.find import room_in_rows
 from inverse.guard import guarded
+from inverse.rows.proof import Proof
 
 
 class LateRest:

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from inverse.blend.proof import prove
 from inverse.find import room_in_rows
 from inverse.rows.fitset import place_numbers
+from inverse.rows.proof import prove
 from rir import Poses
 
 

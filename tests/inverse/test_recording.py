@@ -19,7 +19,7 @@ from inverse.paths.places import correct_places
 from inverse.paths.recording import settle_air, settle_listener
 from inverse.paths.resumed import resumed
 from inverse.rows.fitset import FitSet, place_numbers
-from inverse.walls.inner_walls import left_over
+from inverse.rows.unexplained import unexplained_energy
 from rir import Dataset, GainPattern, Poses
 from rir.errors import SignalError
 from rir.physics import speed_of_sound
@@ -120,7 +120,9 @@ def test_places_are_corrected_within_their_sigma(box_set, unseen_set):
     told = corrected.report()
     np.testing.assert_allclose(told["rms_m"], 0.003, rtol=0.25)
     assert corrected.after < 0.1 * corrected.before
-    before, after = (left_over(unseen_set, one) for one in (fitted, corrected.fitted))
+    before, after = (
+        unexplained_energy(unseen_set, one) for one in (fitted, corrected.fitted)
+    )
     assert after < 0.5 * before
     assert correct_places(wrong, fitted, 0.0).fitted is fitted
 

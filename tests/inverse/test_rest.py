@@ -12,17 +12,17 @@ from fields.joined import FieldWithNetwork, held_out_rows, train_network
 from fields.models.path import Config, PathField, rows_of
 from fields.plan import TrainingPlan
 from inverse.acoustics import Acoustics
-from inverse.blend.agreement import Agreement, bins_after
 from inverse.blend.aligned import AlignedRows
 from inverse.blend.direct_levels import Launch
 from inverse.blend.mixture import mix, mixing_weights
-from inverse.blend.proof import Proof, prove
 from inverse.find import room_in_rows
 from inverse.guard import needs_network
+from inverse.late.agreement import Agreement, bins_after
 from inverse.late.gate import TileEnergies
-from inverse.late.tiles import Tiles
-from inverse.paths.open_air import directivity
+from inverse.rows.directivity import directivity
 from inverse.rows.fitset import FitSet, place_numbers
+from inverse.rows.proof import Proof, prove
+from inverse.rows.tiles import Tiles
 from rir import Dataset, Poses, TrainingError
 
 RATE, LENGTH, SPEED = 16000.0, 1600, 343.2

@@ -7,11 +7,11 @@ from numpy.testing import assert_allclose, assert_array_equal
 from inverse.bands.band_fit import BandData
 from inverse.bands.banded_room import BandedRoom
 from inverse.bands.half_octaves import HalfOctaves
+from inverse.bands.scatterers import Scatterers
 from inverse.objects.scatter_fit import find_scatterers, with_scatterers
-from inverse.objects.scatterers import Scatterers
 from inverse.paths.bank import ideal_bank
+from inverse.paths.oriented_box import OrientedBox
 from inverse.paths.room import OMNI, BoxRoom
-from inverse.walls.box import OrientedBox
 from rir import Poses
 
 SIZE, RATE, SPEED, SAMPLES = np.array([3.0, 2.6, 2.2]), 8000.0, 343.0, 400

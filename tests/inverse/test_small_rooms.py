@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.testing import assert_allclose
 
+from inverse.paths.oriented_box import FAR_M
 from inverse.rows.direct import read_direct
-from inverse.walls.box import FAR_M
 from inverse.walls.small_rooms import magnification, magnified, scan_room
 from rir import Poses
 

@@ -6,16 +6,17 @@ import numpy as np
 import pytest
 
 from inverse.bands.banded_room import BandedRoom
+from inverse.bands.fitted_bands import FittedBandedRoom
 from inverse.bands.half_octaves import HalfOctaves
-from inverse.objects.scatterers import Scatterers
+from inverse.bands.scatterers import Scatterers
 from inverse.paths.bank import ideal_bank
 from inverse.paths.coloring import Coloring
 from inverse.paths.mesh_room import MeshRoom
+from inverse.paths.oriented_box import OrientedBox
 from inverse.paths.polyhedral import FittedMesh
 from inverse.paths.polyhedron import Polyhedron
 from inverse.paths.room import BoxRoom
 from inverse.paths.shoebox import FittedRoom
-from inverse.walls.box import OrientedBox
 from rir import Poses
 
 RATE, SPEED, N = 16000, 343.2, 640
@@ -86,7 +87,10 @@ def half_octaves(scattering):
         np.exp(-1j * np.arange(len(grid.hertz)) * 0.01),
         things,
     )
-    return replace(plain_box(), room=room, banded=banded)
+    plain = plain_box()
+    return FittedBandedRoom(
+        room, plain.coloring, plain.covariance, plain.active, banded
+    )
 
 
 def scatterers(bands, rng):
@@ -98,7 +102,7 @@ def exchanged(fitted):
     """Return the room with its devices at the other ends."""
     room = fitted.room
     back = replace(room, emitting=room.listening, listening=room.emitting)
-    if isinstance(fitted, FittedMesh) or fitted.banded is None:
+    if not isinstance(fitted, FittedBandedRoom):
         return replace(fitted, room=back)
     band = fitted.banded
     other = replace(band, room=back, emitting=band.listening, listening=band.emitting)

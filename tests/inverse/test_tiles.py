@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from inverse.late.even_tail import EvenTail, even_noise
-from inverse.late.tiles import Tiles
+from inverse.rows.tiles import Tiles
 
 RATE, LENGTH = 16000.0, 8000
 

@@ -7,16 +7,16 @@ from numpy.testing import assert_allclose, assert_array_equal
 from inverse.bands.band_fit import BandData
 from inverse.bands.banded_room import BandedRoom
 from inverse.bands.half_octaves import HalfOctaves
+from inverse.bands.occluders import Occluders, voxels_of
+from inverse.bands.occlusion_kernel import cross_voxels
+from inverse.bands.scatterers import Scatterers
 from inverse.objects.found_objects import FoundObjects
-from inverse.objects.occluders import Occluders, voxels_of
-from inverse.objects.occlusion_kernel import cross_voxels
-from inverse.objects.scatterers import Scatterers
 from inverse.objects.tomography import GROUPS_HZ, find_occluders
 from inverse.paths.bank import ideal_bank
+from inverse.paths.oriented_box import OrientedBox
 from inverse.paths.room import OMNI, BoxRoom
 from inverse.plan.ground_plan import GroundPlan
 from inverse.plan.plan_plot import draw_plan
-from inverse.walls.box import OrientedBox
 from rir import Poses
 
 SIZE, RATE, SAMPLES = np.array([4.0, 3.0, 2.5]), 16000.0, 640

@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from inverse.paths.bank import PulseBank, ideal_bank
 from inverse.paths.box_fit import Step, fit_room, slow_columns
+from inverse.paths.oriented_box import OrientedBox
 from inverse.paths.room import OMNI, BoxRoom
 from inverse.rows.direct import DirectSound
 from inverse.rows.fitset import FitSet
-from inverse.walls.box import OrientedBox
 
 __all__ = ["LowSound", "Trial"]
 

@@ -2,17 +2,13 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from inverse.bands.half_octaves import Kernels
-from rir import Poses
-
-if TYPE_CHECKING:
-    from inverse.bands.banded_room import BandedRoom
-    from inverse.walls.box import OrientedBox
+from inverse.bands.half_octaves import LoopInput
+from inverse.paths.oriented_box import OrientedBox
 
 __all__ = ["Occluders", "voxels_of"]
 
@@ -24,7 +20,7 @@ SOLID = 0.35
 """Share of what most voxels in the way keep that makes a voxel solid."""
 
 
-def voxels_of(box: "OrientedBox") -> NDArray[np.int64]:
+def voxels_of(box: OrientedBox) -> NDArray[np.int64]:
     """Return how many voxels a box holds along each of its axes."""
     size = box.high - box.low
     edge = max(VOXEL_M, float(np.prod(size) / MOST_VOXELS) ** (1 / 3))
@@ -58,7 +54,7 @@ class Occluders:
         least = SOLID * float(np.quantile(mean[mean > 0.1 * mean.max()], 0.9))
         return (mean > least).reshape(self.shape)
 
-    def blocks(self, box: "OrientedBox") -> list[tuple[FloatArray, FloatArray]]:
+    def blocks(self, box: OrientedBox) -> list[tuple[FloatArray, FloatArray]]:
         """Return low and high corner of each block, in the frame of the box.
 
         Corners are relative to the box's origin; voxels that share a face are one
@@ -91,38 +87,40 @@ class Occluders:
 
     def add(
         self,
-        banded: "BandedRoom",
-        emitters: Poses,
-        listeners: Poses,
-        kernels: Kernels,
+        taken: LoopInput,
+        box: OrientedBox,
+        centers: FloatArray,
         chosen: NDArray[np.bool_],
         out: ComplexArray,
     ) -> None:
-        """Take what is kept from the `chosen` bands of (rows, total) envelopes."""
-        from inverse.objects.occlusion_kernel import add_shadows
+        """Take what is kept from the `chosen` bands of (rows, total) envelopes.
 
-        room = banded.room
+        Parameters
+        ----------
+        taken : LoopInput
+            Poses, room and kernels.
+        box : OrientedBox
+            The walls.
+        centers : ndarray, shape (bands,)
+            Middles of the bands, hertz.
+        chosen : ndarray of bool, shape (bands,)
+            Bands to change.
+        out : ndarray, shape (rows, total)
+            Envelopes of all bands, changed in place.
+        """
+        from inverse.bands.occlusion_kernel import add_shadows
+
         add: Any = add_shadows
+        *room, order = taken.inside
         add(
-            *room.ends(emitters, listeners),
-            *room.geometry(banded.grid.n_samples),
-            banded.walls,
-            banded.angled,
-            banded.loss,
-            banded.emitting,
-            banded.listening,
-            room.least,
-            min(room.order, SHADED_ORDER),
-            kernels.starts,
-            kernels.lengths,
-            kernels.turns,
-            kernels.rates,
-            kernels.taps,
-            kernels.widths,
+            *taken.ends,
+            *room,
+            min(order, SHADED_ORDER),
+            *taken.arrivals,
             chosen,
-            (room.box.high - room.box.low) / self.shape,
+            (box.high - box.low) / self.shape,
             self.shape,
-            self.banded(banded.grid.centers),
+            self.banded(centers),
             out,
         )
 

@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 
 from analysis.scores import Scores
-from inverse.blend.proof import likeness, prove
 from inverse.late.spectral_tilt import tilt_filter
 from inverse.rows.fitset import FitSet
+from inverse.rows.proof import likeness, prove
 
-__all__ = ["settled"]
+__all__ = ["choose_variant"]
 
 CHOICES: tuple[dict[str, Any], ...] = (
     {"low": 0.2, "high": 0.6},
@@ -23,7 +23,7 @@ LEAN = 0.1
 """Errors of decays differ more by chance of few rows than those of waveforms."""
 
 
-def settled(
+def choose_variant(
     rough: Any,
     rows: FitSet,
     early: np.ndarray,

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from inverse.late.gate import LEAST_ROWS, NULL_SIGMAS, TileEnergies
-from inverse.late.tiles import Tiles
+from inverse.rows.tiles import Tiles
 
 __all__ = ["Agreement", "bins_after"]
 

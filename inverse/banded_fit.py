@@ -9,14 +9,15 @@ from numpy.typing import NDArray
 from inverse.bands.band_fit import BandData, band_data, fit_walls, tuned
 from inverse.bands.band_places import fit_places
 from inverse.bands.banded_room import BandedRoom
+from inverse.bands.fitted_bands import FittedBandedRoom
 from inverse.bands.half_octaves import HalfOctaves
-from inverse.late.tiles import Tiles
 from inverse.objects.scatter_fit import with_scatterers
 from inverse.objects.tomography import with_occluders
 from inverse.paths.room import OMNI, BoxRoom
 from inverse.paths.shoebox import FittedRoom
 from inverse.rows.direct import DirectSound, read_direct
 from inverse.rows.fitset import FitSet
+from inverse.rows.tiles import Tiles
 from rir import Poses
 from rir.physics import air_absorption
 
@@ -27,7 +28,6 @@ ROWS, FEW, LEAST_ROWS = 64, 32, 24
 WORTH, LEVEL = 0.9, (0.7, 1.4)
 TONED, TONE = 160, (0.5, 2.0)
 CLEAR_HZ = 400.0, 1500.0
-POSE_SIGMA_M = 0.003
 LOW_HZ, MIDDLE_HZ, HIGH_HZ = 200.0, 2000.0, 6000.0
 ORDERS = 24
 DEEP_HZ, TREND = 110.0, (0.6, 1.0)
@@ -74,7 +74,7 @@ def fit_banded(
     direct: DirectSound,
     room: BoxRoom,
     *,
-    pose_sigma_m: float = POSE_SIGMA_M,
+    pose_sd_m: float,
 ) -> BandedRoom | None:
     """Fit a box half octave by half octave, its walls and the rows' places in turns.
 
@@ -86,7 +86,7 @@ def fit_banded(
         Their direct sounds, for the source's first spectrum.
     room : BoxRoom
         The box as fitted with one factor a wall.
-    pose_sigma_m : float
+    pose_sd_m : float
         Standard deviation of each stated coordinate, metres.
 
     Returns
@@ -104,7 +104,7 @@ def fit_banded(
     for edge in (MIDDLE_HZ, HIGH_HZ):
         centers = banded.grid.centers
         chosen = (centers > LOW_HZ) & (centers < edge)
-        moved = fit_places(data, banded, chosen, 2, pose_sigma_m, shifts)
+        moved = fit_places(data, banded, chosen, 2, pose_sd_m, shifts)
         data, shifts = moved.data, moved.shifts
         banded = _ordered(rows, data, moved.banded)
         banded = _equalised(rows, data.emitters, data.listeners, banded)
@@ -119,18 +119,19 @@ def fit_banded(
 
 
 def in_half_octaves(
-    rows: FitSet, fitted: FittedRoom, judged: FitSet
-) -> FittedRoom | None:
+    rows: FitSet, fitted: FittedRoom, judged: FitSet, pose_sd_m: float
+) -> FittedBandedRoom | None:
     """Return the room with banded walls where they tell unheard rows better."""
     if len(rows) < LEAST_ROWS or _unclear(rows.spread(FEW), fitted) > HOPELESS:
         return None
     try:
-        banded = fit_banded(rows, read_direct(rows), fitted.room)
+        banded = fit_banded(rows, read_direct(rows), fitted.room, pose_sd_m=pose_sd_m)
     except np.linalg.LinAlgError:
         return None
     if banded is None:
         return None
-    better = replace(fitted, room=banded.room, banded=banded)
+    kept = fitted.coloring, fitted.covariance, fitted.active
+    better = FittedBandedRoom(banded.room, *kept, banded)
     # the first rows of a spread are those that were fitted
     fresh = judged.spread_rest(ROWS) if len(judged) > ROWS + FEW else judged
     gain = _gap(fresh, better) / max(_gap(fresh, fitted), 1e-300)

@@ -1,16 +1,13 @@
 """Small objects in a box: points that send on what reaches them."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from inverse.bands.half_octaves import Kernels
-from rir import Poses
-
-if TYPE_CHECKING:
-    from inverse.bands.banded_room import BandedRoom
+from inverse.bands.half_octaves import LoopInput
+from inverse.paths.oriented_box import OrientedBox
 
 __all__ = ["Scatterers"]
 
@@ -43,36 +40,36 @@ class Scatterers:
 
     def add(
         self,
-        banded: "BandedRoom",
-        emitters: Poses,
-        listeners: Poses,
-        kernels: Kernels,
+        taken: LoopInput,
+        box: OrientedBox,
         chosen: NDArray[np.bool_],
         out: ComplexArray,
     ) -> None:
-        """Add what the points send on to the `chosen` bands of (rows, total)."""
-        from inverse.objects.scatter_kernel import add_points
+        """Add what the points send on to the `chosen` bands of (rows, total).
+
+        Parameters
+        ----------
+        taken : LoopInput
+            Poses, room and kernels.
+        box : OrientedBox
+            The walls.
+        chosen : ndarray of bool, shape (bands,)
+            Bands to change.
+        out : ndarray, shape (rows, total)
+            Envelopes of all bands, changed in place.
+        """
+        from inverse.bands.scatter_kernel import add_points
 
         if not len(self):
             return
-        room = banded.room
         add: Any = add_points
+        *room, _, _ = taken.inside  # each leg goes over one wall at most
         add(
-            *room.ends(emitters, listeners),
-            *room.geometry(banded.grid.n_samples),
-            banded.walls,
-            banded.angled,
-            banded.loss,
-            banded.emitting,
-            banded.listening,
-            room.box.inside(self.points),
+            *taken.ends,
+            *room,
+            box.inside(self.points),
             np.where(chosen[:, None], self.gains, 0.0),
-            kernels.starts,
-            kernels.lengths,
-            kernels.turns,
-            kernels.rates,
-            kernels.taps,
-            kernels.widths,
+            *taken.arrivals,
             out,
         )
 

@@ -1,0 +1,49 @@
+"""A fitted box whose walls depend on frequency and angle."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inverse.bands.banded_room import BandedRoom
+from inverse.paths.shoebox import FittedRoom
+from inverse.rows.tiles import Tiles
+from rir import Poses
+
+__all__ = ["FittedBandedRoom", "bands_of"]
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class FittedBandedRoom(FittedRoom):
+    """Hold a fitted box with what each half octave adds.
+
+    Parameters
+    ----------
+    banded : BandedRoom
+        Walls, air and devices of each half octave.
+    tones : ndarray, shape (octaves, bins), optional
+        Gains that give each tile the energy it has on average.
+    """
+
+    banded: BandedRoom
+    tones: FloatArray | None = None
+
+    def predict(self, emitters: Poses, listeners: Poses, n_samples: int) -> FloatArray:
+        """Return all paths' sound, shape (rows, n_samples)."""
+        plain = self.banded.render(emitters, listeners, n_samples)
+        if self.tones is None:
+            return plain
+        grid, out = self.banded.grid, plain.copy()
+        kept = min(grid.n_samples, plain.shape[1])
+        tiles = Tiles(grid.sample_rate, kept)
+        gains = self.tones[None, :, : tiles.bins]
+        gains = np.broadcast_to(gains, (len(plain), *gains.shape[1:]))
+        out[:, :kept] = tiles.gained(plain[:, :kept], gains)
+        return out
+
+
+def bands_of(fitted: object) -> BandedRoom | None:
+    """Return a fitted room's half octaves; None where it has none."""
+    return fitted.banded if isinstance(fitted, FittedBandedRoom) else None

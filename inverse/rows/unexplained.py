@@ -1,0 +1,28 @@
+"""How much of the measured sound a model does not explain."""
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inverse.rows.fitset import FitSet
+from rir import Poses
+
+__all__ = ["Predictor", "unexplained_energy"]
+
+
+class Predictor(Protocol):
+    """Whatever predicts responses between poses."""
+
+    def predict(
+        self, emitters: Poses, listeners: Poses, n_samples: int
+    ) -> NDArray[np.float64]:
+        """Return responses, shape (rows, n_samples)."""
+        ...
+
+
+def unexplained_energy(rows: FitSet, model: Predictor) -> float:
+    """Return the part of the rows' energy that a model does not predict."""
+    answer = model.predict(rows.emitters, rows.listeners, rows.n_samples)
+    power = max(float((rows.responses**2).sum()), 1e-300)
+    return float(((rows.responses - answer) ** 2).sum()) / power
