@@ -1,9 +1,6 @@
 """Responses and poses made ready for training: one rate, one length, one scale."""
 
-import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -14,16 +11,17 @@ from fields.surfaces import sample_surface
 from rir import Dataset, Poses
 from rir.errors import DatasetError, SignalError
 from rir.physics import speed_of_sound
-from rir.recording_blocks import RecordingBlocks, recording_blocks
+from rir.recording_blocks import (
+    RecordingBlocks,
+    median_temperature,
+    recording_blocks,
+)
+from rir.scaled_responses import ScaledResponses, scaled_responses
 
 __all__ = ["FieldData", "check_dataset", "prepare"]
 
-IN_MEMORY_BYTES = 1_500_000_000
-CHUNK_ROWS = 256
 SURFACE_POINTS = 1024
-NEAREST_DISTANCE_M = 0.1
-LOUDEST = 1e6
-HIGHEST_RATE_HZ = 1e6
+"""Points that stand for a room's surfaces: one each 0.1 m2 of a living room."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,25 +102,18 @@ def prepare(
         duration is no sensible number.
     """
     check_dataset(dataset)
-    _check_number("sample rate", sample_rate, "Hz", HIGHEST_RATE_HZ)
-    _check_number("duration", duration, "s", math.inf)
-    rate = float(sample_rate or dataset.sample_rate)
-    factor = Fraction(rate / dataset.sample_rate).limit_denominator(4096)
-    n_samples = _kept_samples(dataset, rate, factor, duration)
-    responses = _storage(len(dataset), n_samples, store)
-    for start, block in _chunks(dataset):
-        resampled = _resampled(_finite(block, start), factor)[:, :n_samples]
-        responses[start : start + len(block)] = resampled
-    rows = np.arange(len(dataset)) if train_rows is None else train_rows
-    scale = _scale(responses, dataset, rows)
-    for start in range(0, len(responses), CHUNK_ROWS):
-        responses[start : start + CHUNK_ROWS] /= scale
-    frame = _frame(dataset, rate, n_samples, scale, seed)
+    scaled = scaled_responses(
+        dataset,
+        sample_rate=sample_rate,
+        duration=duration,
+        level_rows=train_rows,
+        store=store,
+    )
     return FieldData(
-        responses.astype(np.float32, copy=False),
+        scaled.responses,
         dataset.emitters,
         dataset.listeners,
-        frame,
+        _frame(dataset, scaled, seed),
         recording_blocks(dataset),
     )
 
@@ -145,85 +136,7 @@ def check_dataset(dataset: Dataset) -> None:
         raise DatasetError("the data set holds no responses: nothing to learn from")
 
 
-def _check_number(what: str, asked: float | None, unit: str, most: float) -> None:
-    if asked is None:
-        return
-    if isinstance(asked, bool) or not isinstance(asked, int | float | np.number):
-        raise SignalError(f"{what} {asked!r} is not a number of {unit}")
-    if not 0 <= asked <= most or asked == math.inf:
-        raise SignalError(
-            f"{what} {asked:g} {unit} is negative or beyond reason; "
-            "leave it out to keep the data's own"
-        )
-
-
-def _kept_samples(
-    dataset: Dataset, rate: float, factor: Fraction, duration: float | None
-) -> int:
-    available = -(-dataset.n_samples * factor.numerator // factor.denominator)
-    if duration is None:
-        return available
-    return max(1, min(available, round(duration * rate)))
-
-
-def _storage(rows: int, n_samples: int, store: Path | None) -> np.ndarray:
-    # Stored responses of 1e-12 or 1e6 must survive until they are scaled.
-    if rows * n_samples * 4 <= IN_MEMORY_BYTES or store is None:
-        return np.empty((rows, n_samples), dtype=np.float32)
-    store.mkdir(parents=True, exist_ok=True)
-    return np.lib.format.open_memmap(
-        store / "responses.npy", mode="w+", dtype=np.float32, shape=(rows, n_samples)
-    )
-
-
-def _chunks(dataset: Dataset) -> Iterator[tuple[int, np.ndarray]]:
-    for start in range(0, len(dataset), CHUNK_ROWS):
-        stop = min(start + CHUNK_ROWS, len(dataset))
-        yield start, np.asarray(dataset.responses[start:stop], dtype=np.float64)
-
-
-def _finite(block: np.ndarray, start: int) -> np.ndarray:
-    broken = np.flatnonzero(~np.isfinite(block).all(axis=1))
-    if len(broken):
-        named = ", ".join(str(start + row) for row in broken[:5])
-        raise SignalError(
-            f"{len(broken)} of rows {start}-{start + len(block) - 1} hold NaN or "
-            f"infinity (first: {named}); leave them out with dataset.subset"
-        )
-    return block
-
-
-def _resampled(block: np.ndarray, factor: Fraction) -> np.ndarray:
-    if factor == 1:
-        return block
-    from scipy.signal import resample_poly
-
-    # A response is a density in time: keep its transfer function's level.
-    up, down = factor.numerator, factor.denominator
-    return resample_poly(block, up, down, axis=-1) * (down / up)
-
-
-def _scale(responses: np.ndarray, dataset: Dataset, rows: np.ndarray) -> float:
-    distances = np.linalg.norm(
-        dataset.emitters.positions - dataset.listeners.positions, axis=1
-    )
-    level = np.zeros(len(rows))
-    for start in range(0, len(rows), CHUNK_ROWS):
-        part = rows[start : start + CHUNK_ROWS]
-        peaks = np.abs(responses[part]).max(axis=1).astype(np.float64)
-        level[start : start + CHUNK_ROWS] = peaks * np.maximum(
-            distances[part], NEAREST_DISTANCE_M
-        )
-    heard = level[level > 0]
-    if not len(heard):
-        return 1.0
-    # Squares of the loudest row must fit into float32, whatever the others are.
-    return float(max(np.median(heard), heard.max() / LOUDEST))
-
-
-def _frame(
-    dataset: Dataset, rate: float, n_samples: int, scale: float, seed: int
-) -> SceneFrame:
+def _frame(dataset: Dataset, scaled: ScaledResponses, seed: int) -> SceneFrame:
     ends = np.vstack([dataset.emitters.positions, dataset.listeners.positions])
     if not np.isfinite(ends).all():
         raise SignalError("a pose holds NaN or infinity; leave its row out")
@@ -238,10 +151,10 @@ def _frame(
     return SceneFrame(
         low=ends.min(axis=0),
         high=ends.max(axis=0),
-        sample_rate=rate,
-        n_samples=n_samples,
-        speed_of_sound=speed_of_sound(_temperature(dataset)),
-        scale=scale,
+        sample_rate=scaled.sample_rate,
+        n_samples=scaled.responses.shape[1],
+        speed_of_sound=speed_of_sound(median_temperature(dataset)),
+        scale=scaled.scale,
         surface_points=points,
         simulated=bool(dataset.simulated),
         room=room,
@@ -249,11 +162,3 @@ def _frame(
         listener_gain=dataset.listener_gain,
         shape=shape,
     )
-
-
-def _temperature(dataset: Dataset) -> float:
-    if "temperature_c" not in dataset.table:
-        return 20.0
-    measured = np.asarray(dataset.table["temperature_c"], dtype=np.float64)
-    known = measured[np.isfinite(measured)]
-    return float(np.median(known)) if len(known) else 20.0

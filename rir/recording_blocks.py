@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from rir.dataset import Dataset
 
-__all__ = ["RecordingBlocks", "recording_blocks"]
+__all__ = ["RecordingBlocks", "median_temperature", "recording_blocks"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -69,3 +69,12 @@ def recording_blocks(dataset: Dataset) -> RecordingBlocks:
             count += 1
     temperatures = np.asarray(table["temperature_c"], dtype=np.float64)
     return RecordingBlocks(blocks, temperatures)
+
+
+def median_temperature(dataset: Dataset) -> float:
+    """Return the median of the logged temperatures, degrees Celsius; 20 if unknown."""
+    if "temperature_c" not in dataset.table:
+        return 20.0
+    measured = np.asarray(dataset.table["temperature_c"], dtype=np.float64)
+    known = measured[np.isfinite(measured)]
+    return float(np.median(known)) if len(known) else 20.0
