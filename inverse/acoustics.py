@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,11 +19,14 @@ from inverse.paths.shoebox import FittedRoom
 from inverse.rows.fitset import FitSet
 from inverse.stored import room_arrays, room_from
 from rir import GainPattern, Poses
+from rir.errors import DatasetError
 from rir.physics import speed_of_sound
+from rir.schema import Schema
 
 __all__ = ["Acoustics"]
 
 FloatArray = NDArray[np.float64]
+FOUND = Schema("stored room", 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +39,7 @@ class Acoustics:
         The room, a box or one of flat faces; a box without walls where only direct
         sounds are sure, None where not even they are.
     rows : NearestRows or None
-        TileEnergies only where nothing is fitted.
+        Held only where nothing is fitted.
     rest : Rest or None
         What fills in for the paths; None where they explain all.
     unexplained : float
@@ -146,6 +150,28 @@ class Acoustics:
         if self.rest is not None:
             arrays |= prefixed("rest", self.rest.as_arrays())
         return {name: np.asarray(value) for name, value in arrays.items()}
+
+    def save(self, path: Path) -> Path:
+        """Write everything to a file that :meth:`load` opens; return its path."""
+        arrays: dict[str, Any] = FOUND.stamp | self.as_arrays()
+        np.savez(path, **arrays)
+        return path
+
+    @classmethod
+    def load(cls, path: str | Path) -> "Acoustics":
+        """Open a room that :meth:`save` wrote.
+
+        Raises
+        ------
+        DatasetError
+            If the file is none, or of a newer program.
+        """
+        try:
+            with np.load(path, allow_pickle=False) as stored:
+                arrays = dict(stored)
+        except (OSError, ValueError, AttributeError) as error:
+            raise DatasetError(f"{path} is no {FOUND.kind}: {error}") from error
+        return cls.from_arrays(FOUND.open(arrays, path))
 
     @classmethod
     def from_arrays(cls, arrays: dict[str, np.ndarray]) -> "Acoustics":

@@ -1,8 +1,9 @@
-"""The path field: walls found in the responses, mirror images and a late part.
+"""The path field: a room found in the responses, and what completes it.
 
 No mesh, no start value: a few seconds on one core. Everything it holds is symmetric in
 the two ends with their patterns, so it is reciprocal by construction. A network is
-asked only where neither walls nor rows explain what is heard.
+asked only where neither walls nor rows explain the sound. What it computes is found
+in `inverse`; here it becomes a field.
 """
 
 import json
@@ -22,19 +23,19 @@ from fields.plan import TrainingPlan
 from fields.settings import Count, settings
 from fields.stored import FIELD, read_arrays
 from inverse.acoustics import Acoustics
+from inverse.array_parts import part_of, prefixed
 from inverse.find import find_room
 from inverse.guard import needs_network
 from inverse.paths.air import speed_at, stretched
 from inverse.paths.polyhedron import Polyhedron
+from inverse.plan.described import box_triangles
 from inverse.plan.ground_plan import GroundPlan, plan_of
-from inverse.rows.fitset import FitSet, place_numbers
+from inverse.rows.reading import as_rows
 from rir import GainPattern, Pose, Poses, TrainingError
 
 __all__ = ["PRESETS", "Config", "PathField", "fit", "load"]
 
-
-MOST_ENDS = 2000
-JOINED = "joined."
+MOST_ENDS = 2000  # places kept for the plan's drawing, where more would only overlap
 
 
 @settings
@@ -101,7 +102,7 @@ class PathField:
         emitters, listeners : Poses, Pose or ndarray
             Both ends.
         temperature_c : float, optional
-            Of the air, degrees Celsius; the mean of the rows heard by default.
+            Of the air, degrees Celsius; the mean of the measured rows by default.
 
         Raises
         ------
@@ -136,11 +137,12 @@ class PathField:
 
     def plan(self) -> GroundPlan:
         """Return the walls as found, seen from above, with what is sure of them."""
+        shape, room = self.frame.shape, self.frame.room
         return plan_of(
             self.acoustics.fitted,
             self.ends[:, :3],
             self.ends[:, 3:],
-            known_walls(self.frame),
+            box_triangles(room) if shape is None else shape.triangles,
             unexplained=self.acoustics.unexplained,
             mark=self.frame.mark,
             alarms=self.alarms,
@@ -148,14 +150,7 @@ class PathField:
 
     def draw(self, folder: Path) -> list[Path]:
         """Write plan.png and plan.json into a folder."""
-        from inverse.plan.plan_plot import draw_plan
-
-        if len(self.ends) == 0:
-            return []
-        plan, made = self.plan(), [folder / "plan.png", folder / "plan.json"]
-        draw_plan(made[0], plan)
-        plan.save(made[1])
-        return made
+        return self.plan().write(folder) if len(self.ends) else []
 
     def save(self, path: str | Path) -> Path:
         """Write the field to ``path`` with the ending .npz."""
@@ -169,99 +164,51 @@ class PathField:
             **self.acoustics.as_arrays(),
         }
         joined = {} if self.joined is None else self.joined.as_arrays()
-        arrays |= {f"{JOINED}{name}": one for name, one in joined.items()}
-        np.savez(target, **arrays)
+        np.savez(target, **arrays, **prefixed("joined", joined))
         return target
 
 
 def fit(data: FieldData, config: Config, plan: TrainingPlan) -> PathField:
     """Find the room in the rows and fit it.
 
-    The plan's exchange and self-supervision say nothing here: the field is
-    reciprocal by construction and is fitted, not trained. Its steps and budget
-    limit the network that is asked where nothing else explains the room.
+    The plan's exchange and self-supervision change nothing: the field is reciprocal
+    by construction and is fitted, not trained. Its steps and budget limit the
+    network that is asked where nothing else explains the room.
     """
-    sizes = asdict(config)
-    steps = sizes.pop("network_steps")
-    shape = drawn_shape(sizes.pop("geometry"), data.frame)
-    rows = rows_of(data)
+    frame = data.frame
+    known = frame.speed_of_sound, data.recording
+    rows = as_rows(
+        data.responses, data.emitters, data.listeners, frame.sample_rate, *known
+    )
+    gains = frame.emitter_gain, frame.listener_gain
+    aimed = None if None in gains else gains[0] != gains[1]
     acoustics = find_room(
         rows,
-        **sizes,
-        listening=data.frame.listener_gain,
-        emitting=data.frame.emitter_gain,
-        aimed=unequal(data.frame),
-        shape=shape,
+        scan_rows=config.scan_rows,
+        reach_s=config.reach_s,
+        late=config.late,
+        pose_sd_m=config.pose_sd_m,
+        emitting=frame.emitter_gain,
+        listening=frame.listener_gain,
+        aimed=aimed,
+        shape=_shape(config.geometry, frame),
     )
-    joined = None
+    joined, steps = None, config.network_steps
     if steps > 0 and config.late and needs_network(acoustics, rows):
-        alike = not unequal(data.frame) and not (
-            acoustics.rest and acoustics.rest.aimed
-        )
+        alike = not aimed and not (acoustics.rest and acoustics.rest.aimed)
         answers = partial(acoustics.left_out, among=rows)
         joined, message = join_network(answers, rows, data, plan, steps, alike=alike)
         acoustics.alarms.append(message)
-    return PathField(acoustics, data.frame, config, _ends(data), joined)
+    ends = data.endpoints[:: -(-len(data) // MOST_ENDS)]
+    return PathField(acoustics, frame, config, ends, joined)
 
 
-def rows_of(data: FieldData) -> FitSet:
-    """Return training data as rows to find a room in."""
-    recording = data.recording
-    return FitSet(
-        np.asarray(data.responses, dtype=np.float64),
-        data.emitters,
-        data.listeners,
-        float(data.frame.sample_rate),
-        float(data.frame.speed_of_sound),
-        place_numbers(data.emitters.positions),
-        np.zeros(len(data), np.int64) if recording is None else recording.blocks,
-        None if recording is None else recording.temperatures,
-    )
-
-
-def _ends(data: FieldData) -> np.ndarray:
-    return data.endpoints[:: -(-len(data) // MOST_ENDS)]
-
-
-def unequal(frame: SceneFrame) -> bool | None:
-    """Return whether the devices differ in pattern, None where one is unknown."""
-    if frame.emitter_gain is None or frame.listener_gain is None:
-        return None
-    return frame.emitter_gain != frame.listener_gain
-
-
-def drawn_shape(geometry: str, frame: SceneFrame) -> Polyhedron | None:
-    """Return the room as drawn, None where it is to be found blind.
-
-    Parameters
-    ----------
-    geometry : str
-        "auto" takes the mesh the data set knows; "blind" takes none; anything
-        else names a mesh, a room file or a built-in scene.
-    frame : SceneFrame
-        What the data set knows.
-    """
-    if geometry == "blind":
-        return None
+def _shape(geometry: str, frame: SceneFrame) -> Polyhedron | None:
+    """Return the room as drawn, None where it is to be found blind."""
     if geometry == "auto":
         known = frame.shape
         return None if known is None else Polyhedron.of_triangles(known.triangles)
-    from rooms.builtin import load_scene
-
-    scene = load_scene(geometry)
-    return Polyhedron.of_scene(scene)
-
-
-def known_walls(frame: SceneFrame) -> np.ndarray:
-    """Return triangles of the room as it was described, shape (T, 3, 3)."""
-    if frame.shape is not None:
-        return frame.shape.triangles
-    if frame.room is None:
-        return np.empty((0, 3, 3))
-    from rooms.mesh import MeshGeometry
-
-    box = MeshGeometry.box(frame.room.size_m)
-    return box.corners + box.origin
+    return None if geometry == "blind" else Polyhedron.load(geometry)
 
 
 def load(path: Path) -> PathField:
@@ -276,17 +223,13 @@ def load(path: Path) -> PathField:
     stored = read_arrays(path)
     config = Config(**json.loads(str(stored["config"])))
     frame = SceneFrame.from_dict(json.loads(str(stored["frame"])))
-    ends = stored.get("ends")
-    own = (FIELD.key, "model", "config", "frame", "ends")
-    arrays = {name: one for name, one in stored.items() if name not in own}
-    size = len(JOINED)
-    kept = {name[size:]: one for name, one in arrays.items() if name[:size] == JOINED}
+    kept = part_of(stored, "joined")
     joined = FieldWithNetwork.from_arrays(kept) if kept else None
     try:
-        acoustics = Acoustics.from_arrays(arrays)
+        acoustics = Acoustics.from_arrays(stored)
     except KeyError as missing:
         raise TrainingError(
             f"{path} holds no {missing} of a path field: an older program wrote it; "
             "train the field again"
         ) from missing
-    return PathField(acoustics, frame, config, ends, joined)
+    return PathField(acoustics, frame, config, stored.get("ends"), joined)

@@ -63,6 +63,13 @@ class Polyhedron:
         return cls.of_mesh(shape)
 
     @classmethod
+    def load(cls, name: str) -> "Polyhedron":
+        """Open a mesh, a room file or a built-in scene, as ``simulate-room`` does."""
+        from rooms.builtin import load_scene
+
+        return cls.of_scene(load_scene(name))
+
+    @classmethod
     def of_triangles(cls, triangles: FloatArray) -> "Polyhedron":
         """Take over loose triangles, shape (F, 3, 3), turned into the air."""
         from rooms.mesh import MeshGeometry

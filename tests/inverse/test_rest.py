@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from fields import load_field, train
 from fields.data import prepare
 from fields.joined import FieldWithNetwork, held_out_rows, train_network
-from fields.models.path import Config, PathField, rows_of
+from fields.models.path import Config, PathField
 from fields.plan import TrainingPlan
 from inverse.acoustics import Acoustics
 from inverse.blend.aligned import AlignedRows
@@ -22,6 +22,7 @@ from inverse.late.gate import TileEnergies
 from inverse.rows.directivity import directivity
 from inverse.rows.fitset import FitSet, place_numbers
 from inverse.rows.proof import Proof, prove
+from inverse.rows.reading import read_rows
 from inverse.rows.tiles import Tiles
 from rir import Dataset, Poses, TrainingError
 
@@ -227,11 +228,13 @@ def test_held_out_rows_of_a_single_emitter_are_listeners(rows):
 
 
 def test_ends_of_an_answer_with_a_network_may_be_exchanged():
-    data = prepare(dataset(diffuse_rows()))
+    held = dataset(diffuse_rows())
+    data, measured = prepare(held), read_rows(held)
+    assert_array_equal(measured.responses, data.responses)
     plan = TrainingPlan(steps=3)
-    acoustics = room_in_rows(rows_of(data), aimed=False)
+    acoustics = room_in_rows(measured, aimed=False)
     network, hidden, said = train_network(data, plan, 3, alike=True)
-    unheard = rows_of(data).rows(np.flatnonzero(hidden))
+    unheard = measured.rows(np.flatnonzero(hidden))
     ends = unheard.emitters, unheard.listeners
     told = acoustics.predict(*ends, unheard.n_samples)
     joined = FieldWithNetwork.fit(network, unheard.responses, told, said)

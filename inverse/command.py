@@ -1,0 +1,119 @@
+"""What find-room does: read, find, tell, write."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from inverse.acoustics import Acoustics
+from inverse.find import CUT, find_room
+from inverse.paths.polyhedron import Polyhedron
+from inverse.plan.described import described_walls
+from inverse.plan.ground_plan import GroundPlan, plan_of
+from inverse.rows.reading import read_rows
+from rir import Dataset
+from rir.command import make_console
+from rir.errors import ConfigError
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+__all__ = ["RoomRequest", "find_and_report"]
+
+
+@dataclass(frozen=True)
+class RoomRequest:
+    """Hold what was asked on the command line, lengths in metres, times in seconds."""
+
+    sessions: list[str]
+    out: Path | None
+    drawn: str | None
+    pose_sd_m: float
+    sample_rate: float | None
+    reach_s: float
+    quiet: bool
+
+    def folder(self) -> Path:
+        """Return the folder to write to."""
+        if self.out is not None:
+            return self.out
+        first = Path(self.sessions[0]).resolve()
+        return Path(f"{first.stem if first.suffix else first.name}-room")
+
+
+def find_and_report(request: RoomRequest) -> Acoustics:
+    """Find a room, show its walls, and write its plan and the room itself.
+
+    Raises
+    ------
+    ConfigError
+        If a number asked for makes no sense.
+    """
+    for name, value in (("reach", request.reach_s), ("pose error", request.pose_sd_m)):
+        if not 0 <= value < np.inf or (name == "reach" and value == 0):
+            raise ConfigError(f"--{name.replace(' ', '-')} {value:g} is no {name}")
+    console = make_console()
+    dataset = Dataset.open(*request.sessions)
+    shape = None if request.drawn is None else Polyhedron.load(request.drawn)
+    longest = CUT * request.reach_s
+    with console.status("reading") as status:
+        if request.quiet:
+            status.stop()
+        rows = read_rows(dataset, sample_rate=request.sample_rate, duration=longest)
+        status.update(f"finding walls in {len(rows)} responses")
+        acoustics = find_room(
+            rows,
+            reach_s=request.reach_s,
+            late=False,
+            listening=dataset.listener_gain,
+            shape=shape,
+            emitting=dataset.emitter_gain,
+            pose_sd_m=request.pose_sd_m,
+        )
+    plan = plan_of(
+        acoustics.fitted,
+        rows.emitters.positions,
+        rows.listeners.positions,
+        described_walls(dataset),
+        unexplained=acoustics.unexplained,
+        mark=dataset.mark,
+        alarms=acoustics.alarms,
+    )
+    places = f"{rows.n_places} emitter place" + "s" * (rows.n_places != 1)
+    console.out(dataset.mark, style="bold", end=" ")
+    console.out(f"data: {len(rows)} responses, {places}")
+    console.print(_table(plan))
+    if plan.walls:
+        part = 100 * (1 - plan.unexplained)
+        console.out(f"their paths explain {part:.0f} % of the energy")
+    for alarm in plan.alarms:
+        console.out(f"! {alarm}")
+    written = _write(request.folder(), plan, acoustics)
+    console.out("wrote " + ", ".join(str(path) for path in written))
+    return acoustics
+
+
+def _table(plan: GroundPlan) -> "Table":
+    from rich.table import Table
+
+    count = len(plan.walls)
+    table = Table(title=f"{count} wall{'s' * (count != 1)} found [{plan.mark}]")
+    table.add_column("wall")
+    for name in ("x", "y", "z", "offset [m]", "± [mm]", "reflection"):
+        table.add_column(name, justify="right")
+    for number, wall in enumerate(plan.walls, start=1):
+        spread = f"{wall.sd_mm:.2g}" if np.isfinite(wall.sd_mm) else "as drawn"
+        table.add_row(
+            wall.level or f"wall {number}",
+            *(f"{part:+.3f}" for part in wall.normal),
+            f"{wall.offset_m:.3f}",
+            spread,
+            f"{wall.reflection:.2f}",
+        )
+    return table
+
+
+def _write(folder: Path, plan: GroundPlan, acoustics: Acoustics) -> list[Path]:
+    folder.mkdir(parents=True, exist_ok=True)
+    return [*plan.write(folder), acoustics.save(folder / "room.npz")]
