@@ -191,7 +191,7 @@ class Place(Config):
 
 
 class Box(Config):
-    """An axis-aligned box that no device may enter: furniture, say."""
+    """An axis-aligned box that stands in a room; see `RoomSpec` for what it does."""
 
     name: str = "box"
     low: _Point
@@ -219,6 +219,10 @@ class RoomSpec(Config):
     (x, y, z) are the room's (x, z, -y). `emitters` and `listeners` are places to
     simulate or measure between; `default_scattering` is that of surfaces that state
     none.
+
+    `furniture` are boxes of which shape and place alone are known: devices keep out of
+    them, fields that look at the room see them as surfaces, and simulations leave them
+    out: sound meets furniture in the absorption and scattering stated for the walls.
 
     Examples
     --------

@@ -11,7 +11,7 @@ from rir import Poses, Registry, RoomSpec
 from rir.errors import SceneError
 from rir.numbers import shown
 from rooms.presets import PRESETS, load_room
-from rooms.scene import Scene
+from rooms.scene import Scene, furniture_notes
 
 __all__ = ["SCENES", "load_places", "load_scene"]
 
@@ -177,6 +177,7 @@ def _from_room_file(path: Path) -> Scene:
         scale=room.mesh_scale,
         name=room.name,
         air=room.air,
+        notes=furniture_notes(room),
     )
 
 

@@ -111,10 +111,9 @@ def simulate_room(
         "tolerance": _tolerance(tolerance),
     }
     effort = {"accuracy": accuracy, "seconds": seconds, "seed": seed}
-    ends = _places(loaded, (emitter, listener), load_places(scene), seed)
-    _carry_out(
-        loaded, ends, options, overrides, effort, (explain, cost, parameters), out
-    )
+    stated = _stated((emitter, listener), load_places(scene))
+    wanted = explain, cost, parameters
+    _carry_out(loaded, stated, options, overrides, effort, wanted, out)
 
 
 def _air(air: Any, temperature: float | None, humidity: float | None) -> Any:
@@ -140,7 +139,7 @@ def _tolerance(text: str | None) -> Any:
 
 def _carry_out(
     scene: "Scene",
-    places: tuple[Any, Any],
+    stated: tuple[Any, Any],
     options: dict[str, Any],
     overrides: dict[str, Any],
     effort: dict[str, Any],
@@ -158,10 +157,11 @@ def _carry_out(
     plan = plan_effects(scene, **options, **overrides)
     if explain:
         console.print(plan_table(plan))
+        if out is None and not (cost or parameters):
+            return
+    places = _completed(scene, stated, effort["seed"])
     if cost:
         _show_cost(console, scene, places, options, out)
-        return
-    if explain and out is None and not parameters:
         return
     result = simulate(scene, *places, **options, **effort, plan=plan)
     console.out(f"effects: {', '.join(plan.on)}")
@@ -176,29 +176,31 @@ def _carry_out(
         console.out(f"wrote {write_simulation(result, scene, *places, out)}")
 
 
-def _places(
-    scene: "Scene",
-    texts: tuple[list[str] | None, list[str] | None],
-    stated: tuple[Any, Any],
-    seed: int,
+def _stated(
+    texts: tuple[list[str] | None, list[str] | None], known: tuple[Any, Any]
 ) -> tuple[Any, Any]:
-    """Return the poses asked for, else the room file's, else a few random ones."""
+    """Return the poses asked for, else the room file's, else None."""
+    from rir import Poses
+
+    emitters, listeners = (
+        Poses.of([_pose(text) for text in some]) if some else places
+        for some, places in zip(texts, known, strict=True)
+    )
+    return emitters, listeners
+
+
+def _completed(scene: "Scene", stated: tuple[Any, Any], seed: int) -> tuple[Any, Any]:
+    """Return the poses stated, with a few random ones where there are none."""
     import numpy as np
 
-    from rir import Poses
     from rooms.places import random_places
 
-    ends = [
-        Poses.of([_pose(text) for text in some]) if some else known
-        for some, known in zip(texts, stated, strict=True)
-    ]
-    if any(end is None for end in ends):
+    emitters, listeners = stated
+    if emitters is None or listeners is None:
         drawn = random_places(scene, 4, np.random.default_rng(seed))
-        ends = [
-            few if end is None else end
-            for end, few in zip(ends, (drawn[:1], drawn[1:]), strict=True)
-        ]
-    return ends[0], ends[1]
+        emitters = drawn[:1] if emitters is None else emitters
+        listeners = drawn[1:] if listeners is None else listeners
+    return emitters, listeners
 
 
 def _pose(text: str) -> Any:

@@ -14,7 +14,6 @@ from rir.cost import CostCurve, measure_cost
 from rir.onset import find_onset
 from rir.physics import decibels
 from rooms.effects import Tolerance
-from rooms.geometry import Shoebox
 from rooms.plan import plan_effects
 from rooms.scene import Scene
 from rooms.simulation import simulate
@@ -82,7 +81,7 @@ def measure_knobs(
         pairs, against the best setting of all knobs; differences below 0.001 dB
         count as that. Seconds are those of one pair.
     """
-    boxed = isinstance(scene.geometry, Shoebox)
+    boxed = scene.geometry.lattice
     best = {} if boxed else {"rays": _BEST_RAYS, "max_order": _MESH_ORDERS[-1]}
     fixed = {"sample_rate": sample_rate, "duration": duration, **best}
     heard = scene.bands[scene.bands < sample_rate / 2]
@@ -149,7 +148,7 @@ def knobs_of(scene: Scene, duration: float) -> dict[str, list[Setting]]:
     told apart; and the tolerance that effects left off must keep, as a multiple of
     the just-noticeable differences.
     """
-    boxed = isinstance(scene.geometry, Shoebox)
+    boxed = scene.geometry.lattice
     orders = _ORDERS if boxed else _MESH_ORDERS
     knobs: dict[str, list[Setting]] = {
         "order": [(f"{n}", {"max_order": n}) for n in orders]

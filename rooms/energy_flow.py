@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rir.errors import SceneError
-from rooms.geometry import Shoebox
 from rooms.scene import Scene
 
 __all__ = ["EnergyFlow", "energy_flow"]
@@ -80,7 +79,7 @@ def energy_flow(
     max_order : int, optional
         Highest order that is followed image by image.
     """
-    if not isinstance(scene.geometry, Shoebox):
+    if not scene.geometry.lattice:
         raise SceneError("the closed-form energy flow needs a shoebox")
     geometry, c = scene.geometry, scene.speed_of_sound
     nodes, weights = _directions()

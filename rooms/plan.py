@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rooms.effects import EFFECTS, Tolerance, Verdict
+from rooms.effects import EFFECTS, Need, Tolerance
 from rooms.request import check_kind, check_names, make_budget
 from rooms.scene import Scene
 
@@ -14,17 +14,17 @@ __all__ = ["Plan", "plan_effects"]
 
 @dataclass(frozen=True)
 class Plan:
-    """Verdict on each effect, in order of application.
+    """Need on each effect, in order of application.
 
     Parameters
     ----------
     verdicts : dict
-        Effect name to `Verdict`.
+        Effect name to `Need`.
     tolerance : Tolerance
         What the verdicts had to meet.
     """
 
-    verdicts: dict[str, Verdict]
+    verdicts: dict[str, Need]
     tolerance: Tolerance
 
     @property
@@ -95,7 +95,7 @@ def plan_effects(
     verdicts = {}
     for name, effect in EFFECTS.items():
         if only is not None and not judge:
-            verdicts[name] = Verdict(name in only, "on request")
+            verdicts[name] = Need(name in only, "on request")
             continue
         verdict = effect.needed(scene, budget, tolerance)
         verdicts[name] = _overridden(name, verdict, only, without, everything)
@@ -104,13 +104,13 @@ def plan_effects(
 
 def _overridden(
     name: str,
-    verdict: Verdict,
+    verdict: Need,
     only: Sequence[str] | None,
     without: Sequence[str],
     everything: bool,
-) -> Verdict:
+) -> Need:
     if name in without or (only is not None and name not in only):
-        return Verdict(False, f"left out on request ({verdict.reason})", verdict.errors)
+        return Need(False, f"left out on request ({verdict.reason})", verdict.errors)
     if not verdict.on and (everything or only is not None):
-        return Verdict(True, f"asked for ({verdict.reason})", verdict.errors)
+        return Need(True, f"asked for ({verdict.reason})", verdict.errors)
     return verdict

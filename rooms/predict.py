@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,34 +36,16 @@ def equivalent_box(scene: Scene) -> Scene:
     other keep sound as long as in the room itself.
     """
     geometry = scene.geometry
-    if isinstance(geometry, Shoebox):
+    if geometry.lattice:
         return scene
     size = np.maximum(np.asarray(geometry.size, dtype=float), 1e-3)
     size = size * (geometry.volume / np.prod(size)) ** (1 / 3)
-    facing = _facing(geometry)
+    facing = geometry.facing()
     shares = {
         name: facing @ getattr(scene, name)
         for name in ("absorption", "scattering", "transmission")
     }
     return replace(scene, geometry=Shoebox(size), **shares)
-
-
-def _facing(geometry: Any) -> FloatArray:
-    """Return how much of each box wall each surface is, shape (6, surfaces).
-
-    Weights are areas as seen along an axis; a wall that nothing faces is the mean.
-    """
-    normal = geometry.tables.planes[:, :3]
-    thin = ~geometry.panels.sided[geometry.panels.of_face]
-    total = np.tile(geometry.areas / geometry.areas.sum(), (6, 1))
-    for wall in range(6):
-        along = normal[:, wall // 2] * (1 if wall % 2 == 0 else -1)
-        seen = np.where(thin, np.abs(along), np.maximum(along, 0.0)) ** 2
-        weights = np.zeros(geometry.surfaces)
-        np.add.at(weights, geometry.face_surface, seen * geometry.face_areas)
-        if weights.sum() > 0:
-            total[wall] = weights / weights.sum()
-    return total
 
 
 @lru_cache(maxsize=64)

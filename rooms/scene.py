@@ -81,6 +81,17 @@ def _named(what: str, values: Mapping[str, Any], wall: str) -> FloatArray:
     )
 
 
+def furniture_notes(room: RoomSpec) -> tuple[str, ...]:
+    """Return what to say of the furniture of a room, which sound passes through."""
+    if not room.furniture:
+        return ()
+    names = ", ".join(box.name for box in room.furniture)
+    return (
+        f"furniture ({names}) is not simulated: rigs keep out of it, and sound meets"
+        " it only in the absorption and scattering stated for the walls",
+    )
+
+
 @dataclass(frozen=True, eq=False)
 class Scene:
     """A room to simulate, with the patterns of the two devices in it.
@@ -101,6 +112,8 @@ class Scene:
         A measuring chain that responses pass through at the end.
     emitter_speed : float
         How fast the emitter moves [m/s]; judged by the planner.
+    notes : tuple of str
+        What else people should know of the room, see `remarks`.
 
     Examples
     --------
@@ -120,6 +133,7 @@ class Scene:
     name: str = "scene"
     hardware: Hardware | None = None
     emitter_speed: float = 0.0
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         read_number(
@@ -173,14 +187,14 @@ class Scene:
         name : str
             Shown in reports.
         **changes
-            `hardware` or `emitter_speed`, see `Scene`.
+            `hardware`, `emitter_speed` or `notes`, see `Scene`.
 
         Raises
         ------
         SceneError
             If a length is not positive, or a share or a field is not what it must be.
         """
-        known = ("hardware", "emitter_speed")
+        known = ("hardware", "emitter_speed", "notes")
         unknown = ", ".join(sorted(set(changes) - set(known)))
         if unknown:
             raise SceneError(
@@ -226,6 +240,7 @@ class Scene:
             scattering=room.scattering,
             air=room.air,
             name=room.name,
+            notes=furniture_notes(room),
         )
         return replace(scene, **changes)
 
@@ -293,7 +308,7 @@ class Scene:
         return Scene.of_geometry(geometry, materials, **changes)
 
     @staticmethod
-    def of_geometry(geometry: Any, materials: Any, **changes: Any) -> "Scene":
+    def of_geometry(geometry: Geometry, materials: Any, **changes: Any) -> "Scene":
         """Return the scene of a mesh geometry with named surfaces."""
         from rooms.surfaces import resolve_surfaces
 
@@ -307,9 +322,9 @@ class Scene:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What was repaired in the geometry or left open, and what mirrors only."""
-        told = tuple(getattr(self.geometry, "report", ()))
-        names = getattr(self.geometry, "surface_names", ())
+        """Repairs of the geometry, what it leaves open or mirrors only, and `notes`."""
+        told = self.geometry.report
+        names = self.geometry.surface_names
         rough = np.max(self.scattering, axis=1, initial=0.0) > 0
         plain = [
             name for name, some in zip(names, rough.tolist(), strict=False) if not some
@@ -320,7 +335,7 @@ class Scene:
                 f"no scattering is stated for {shown_}: they mirror only, and such"
                 " rooms decay more slowly than real ones",
             )
-        return told
+        return told + self.notes
 
     @property
     def mean_absorption(self) -> FloatArray:

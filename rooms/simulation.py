@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from rir import Poses
 from rooms.effort import Target, parse_accuracy, spread_errors
-from rooms.geometry import Shoebox
 from rooms.plan import Plan, plan_effects
 from rooms.request import check_effort, check_kind, make_budget, make_seed
 from rooms.scene import Scene
@@ -168,7 +167,7 @@ class _Run:
 
     def traces(self, budget: Budget) -> bool:
         """Tell whether rays will be traced: only then work buys accuracy."""
-        boxed = isinstance(self.scene.geometry, Shoebox) and budget.rays is None
+        boxed = self.scene.geometry.lattice and budget.rays is None
         return "late" in self.plan.on and not boxed
 
     def __call__(self, budget: Budget) -> dict[str, float]:

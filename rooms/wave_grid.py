@@ -164,11 +164,11 @@ class WaveGrid:
         """Return 1 for cells whose middle is in the air, with a frame of zeros."""
         axes = [np.arange(n) + 0.5 for n in self.shape]
         cells = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1) * self.spacing
-        corners = getattr(self.scene.geometry, "corners", None)
-        if corners is None:
+        if self.scene.geometry.lattice:
             return np.pad(np.ones(tuple(self.shape)), 1)
         from rooms.kernels.grid import winding_numbers
 
+        corners = self.scene.geometry.mesh.corners
         # the triangles' corners are stated relative to the middle of the mesh
         air = (
             np.abs(winding_numbers(cells.reshape(-1, 3) - self.size / 2, corners)) > 0.5
@@ -197,7 +197,7 @@ class WaveGrid:
     def _admittance(self) -> FloatArray:
         """Return the admittance of walls facing each way, shape (6,)."""
         kept = np.sqrt(1 - self.scene.absorption[:, 0])
-        if len(kept) != 6 or hasattr(self.scene.geometry, "surface_names"):
+        if not self.scene.geometry.lattice:
             areas = self.scene.geometry.areas
             kept = np.full(6, areas @ kept / areas.sum())
         return (1 - kept) / (1 + kept)

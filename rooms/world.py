@@ -84,8 +84,7 @@ class World(_Places):
     Parameters
     ----------
     room : RoomSpec
-        Size, surfaces and air; furniture is a keep-out for rigs and counts in the
-        surfaces' scattering, not as an obstacle to sound.
+        Size, surfaces and air; furniture is not simulated, see `rir.RoomSpec`.
     sample_rate : int
         Samples per second [Hz].
     duration : float

@@ -1,25 +1,21 @@
 """Paths that bend around one or two edges."""
 
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rir.errors import SceneError
+from rooms.diffraction.bender import Bender
 from rooms.diffraction.edges import Edges, edges_of
 from rooms.diffraction.single import bent_once
-from rooms.diffraction.utd import diffraction_coefficient
 from rooms.mesh import MeshGeometry
 
-__all__ = ["Bender", "DiffractedPaths", "diffracted_paths"]
+__all__ = ["DiffractedPaths", "diffracted_paths"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 ComplexArray = NDArray[np.complex128]
-_STEPS = 60
-_SHARP = np.radians(200)
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,156 +141,3 @@ def diffracted_paths(
         return DiffractedPaths(whole, flat, none, none, whole, gain, pairs, whole)
     found.sort(key=lambda row: (row[0], row[1]))
     return DiffractedPaths(*(np.array(part) for part in zip(*found, strict=True)))
-
-
-def _unit(vectors: FloatArray) -> FloatArray:
-    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
-
-
-class Bender:
-    """Finds and weighs the ways around the edges of one room."""
-
-    def __init__(
-        self,
-        geometry: MeshGeometry,
-        edges: Edges,
-        wave: FloatArray,
-        factors: FloatArray,
-    ) -> None:
-        self.geometry, self.edges = geometry, edges
-        self.wave, self.factors = wave, factors
-        self.lift = 10 * geometry.tolerance * edges.bisector
-
-    @cached_property
-    def holds(self) -> NDArray[np.bool_]:
-        """Whether an edge lies in the plane of a panel, shape (panels, edges)."""
-        panels, edges = self.geometry.panels, self.edges
-        ends = edges.start, edges.start + edges.length[:, None] * edges.way
-        off = [np.abs(panels.normal @ p.T - panels.offset[:, None]) for p in ends]
-        return np.maximum(*off) <= 10 * self.geometry.tolerance
-
-    def around(self, points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return distance, place and angle of points around edges, (N, edges) each."""
-        edges = self.edges
-        way = points[:, None] - edges.start
-        along = np.einsum("nij,ij->ni", way, edges.way)
-        x = np.einsum("nij,ij->ni", way, edges.tangent)
-        y = np.einsum("nij,ij->ni", way, edges.normal)
-        angle = np.arctan2(y, x)
-        # a point on the first face has angle 0, not a full turn
-        angle = np.where(angle < -1e-6, angle + 2 * np.pi, np.maximum(angle, 0.0))
-        return np.hypot(x, y), along, angle
-
-    def bend(
-        self, edge: int, one: Any, other: Any, sine: Any, near: Any, far: Any
-    ) -> ComplexArray:
-        """Return the diffraction coefficient of an edge per band."""
-        spread = near * far * sine**2 / (near + far)
-        first, last = self.factors[self.edges.surfaces[edge]]
-        opening = self.edges.opening[edge]
-        return diffraction_coefficient(
-            opening, one, other, sine, spread, self.wave, (first, last)
-        )
-
-    def twice(self, index: int, start: FloatArray, end: FloatArray) -> list[tuple]:
-        """Return the ways around two edges."""
-        edges = self.edges
-        one, other = self._reached(start), self._reached(end)
-        first, last = (grid.ravel() for grid in np.meshgrid(one, other, indexing="ij"))
-        apart = first != last
-        first, last = first[apart], last[apart]
-        places = self._shortest(first, last, start, end)
-        inside = (places >= 0) & (places < edges.length[[first, last]])
-        usable = inside.all(axis=0)
-        first, last, places = first[usable], last[usable], places[:, usable]
-        p = edges.start[first] + places[0, :, None] * edges.way[first]
-        q = edges.start[last] + places[1, :, None] * edges.way[last]
-        up, vp = p + self.lift[first], q + self.lift[last]
-        geometry = self.geometry
-        free = geometry.sees(start, up) & geometry.sees(end, vp)
-        keep = np.nonzero(free)[0]
-        if len(keep):
-            pairs = [geometry.sees(up[k], vp[k][None])[0] for k in keep]
-            keep = keep[np.array(pairs, dtype=bool)]
-        found = []
-        for k in keep:
-            row = self._double(first[k], last[k], start, p[k], q[k], end)
-            if row is not None:
-                found.append((index, *row, (first[k], last[k]), 0))
-        return found
-
-    def _reached(self, point: FloatArray) -> IntArray:
-        """Return the sharp edges of which a point sees one of three places."""
-        edges = self.edges
-        angle = self.around(point[None])[2][0]
-        sharp = (edges.opening > _SHARP) & (angle < edges.opening)
-        which = np.nonzero(sharp)[0]
-        seen = np.zeros(len(which), dtype=bool)
-        for share in (0.1, 0.5, 0.9):
-            along = share * edges.length[which, None] * edges.way[which]
-            spots = edges.start[which] + along + self.lift[which]
-            seen |= self.geometry.sees(point, spots)
-        return which[seen]
-
-    def _shortest(
-        self, first: IntArray, last: IntArray, start: FloatArray, end: FloatArray
-    ) -> FloatArray:
-        """Return where on both edges the way is shortest, shape (2, pairs).
-
-        Each place in turn is put where the way unfolds to a straight line; the
-        length is convex in both, so this settles.
-        """
-        edges = self.edges
-        places = np.stack([edges.length[first], edges.length[last]]) / 2
-        for _ in range(_STEPS):
-            q = edges.start[last] + places[1, :, None] * edges.way[last]
-            places[0] = self._straight(first, start[None], q)
-            p = edges.start[first] + places[0, :, None] * edges.way[first]
-            places[1] = self._straight(last, end[None], p)
-        return places
-
-    def _straight(self, which: IntArray, a: FloatArray, b: FloatArray) -> FloatArray:
-        edges = self.edges
-        start, way = edges.start[which], edges.way[which]
-        along = [np.sum((point - start) * way, axis=-1) for point in (a, b)]
-        away = [
-            np.linalg.norm(point - start - s[:, None] * way, axis=-1)
-            for point, s in zip((a, b), along, strict=True)
-        ]
-        total = np.maximum(away[0] + away[1], 1e-300)
-        return (along[0] * away[1] + along[1] * away[0]) / total
-
-    def _double(
-        self,
-        first: int,
-        last: int,
-        start: FloatArray,
-        p: FloatArray,
-        q: FloatArray,
-        end: FloatArray,
-    ) -> tuple | None:
-        """Return the row of one way around two edges, if it bends around both."""
-        edges = self.edges
-        a, b, c = (np.linalg.norm(v) for v in (p - start, q - p, end - q))
-        if min(a, b, c) <= self.geometry.tolerance:
-            return None
-        gain = np.ones(len(self.wave), complex)
-        for edge, before, after, near, far in (
-            (first, start, q, a, b),
-            (last, end, p, c, b),
-        ):
-            one, other = (
-                [part[0] for part in self.around(end[None])] for end in (before, after)
-            )
-            opening = edges.opening[edge]
-            if max(one[2][edge], other[2][edge]) > opening + 1e-6:
-                return None
-            angles = np.minimum([one[2][edge], other[2][edge]], opening)
-            sine = one[0][edge] / near
-            gain *= self.bend(edge, angles[0], angles[1], sine, near, far)
-        if len(set(edges.panels[first]) & set(edges.panels[last])):
-            # along a face the wave and its mirror image are one
-            gain /= 2
-        total = a + b + c
-        gain /= np.sqrt(a * b * c * total)
-        return total, _unit(p - start), _unit(q - end), 2, gain

@@ -1,15 +1,12 @@
 """Ways around one edge, also mirrored once before or after it."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rooms.diffraction.bender import Bender
 from rooms.diffraction.ends import Ends, Legs, mirrored_ends
-
-if TYPE_CHECKING:
-    from rooms.diffraction.paths import Bender
 
 __all__ = ["bent_once"]
 
@@ -20,7 +17,7 @@ _BLOCK = 200_000
 
 
 def bent_once(
-    bender: "Bender", emitter: FloatArray, listeners: FloatArray, mirrors: int
+    bender: Bender, emitter: FloatArray, listeners: FloatArray, mirrors: int
 ) -> list[tuple]:
     """Return rows of all ways around one edge; see `DiffractedPaths`.
 
@@ -44,7 +41,7 @@ def bent_once(
     return rows
 
 
-def _ways(bender: "Bender", starts: Ends, ends: Ends) -> Iterator[tuple]:
+def _ways(bender: Bender, starts: Ends, ends: Ends) -> Iterator[tuple]:
     """Yield rows of ways between pairs of ends."""
     geometry, edges = bender.geometry, bender.edges
     near, far = bender.around(starts.image[:1]), bender.around(ends.image)

@@ -9,7 +9,7 @@ from rir import Registry
 from rooms.effects.air import AIR
 from rooms.effects.diffraction import DIFFRACTION
 from rooms.effects.direct import DIRECT
-from rooms.effects.effect import Effect, Tolerance, Verdict
+from rooms.effects.effect import Effect, Need, Tolerance
 from rooms.effects.hardware import HARDWARE
 from rooms.effects.late import LATE
 from rooms.effects.modes import MODES
@@ -19,7 +19,7 @@ from rooms.effects.scattering import SCATTERING
 from rooms.effects.specular import SPECULAR
 from rooms.effects.transmission import TRANSMISSION
 
-__all__ = ["EFFECTS", "Effect", "Tolerance", "Verdict"]
+__all__ = ["EFFECTS", "Effect", "Need", "Tolerance"]
 
 _ORDER = (
     PATTERNS,

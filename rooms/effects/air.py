@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rooms.effects.effect import Effect, Tolerance, Verdict, judged
+from rooms.effects.effect import Effect, Need, Tolerance, judged
 from rooms.predict import predicted_errors
 from rooms.scene import Scene
 from rooms.sound import Budget, Sound
@@ -10,7 +10,7 @@ from rooms.sound import Budget, Sound
 __all__ = ["AIR"]
 
 
-def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Verdict:
+def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Need:
     """Judge by the predicted change of decay, clarity and level."""
     errors = predicted_errors(scene, budget.duration, budget.sample_rate, air=False)
     heard = scene.bands < budget.sample_rate / 2

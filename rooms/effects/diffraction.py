@@ -2,15 +2,13 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rir.errors import SceneError
 from rir.physics import decibels
-from rooms.effects.effect import Effect, Tolerance, Verdict, judged
-from rooms.geometry import Shoebox
+from rooms.effects.effect import Effect, Need, Tolerance, judged
 from rooms.places import random_places
 from rooms.scene import Scene
 from rooms.sound import Arrivals, Budget, Sound
@@ -52,16 +50,12 @@ class Share:
     left_out: float
 
 
-def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Verdict:
+def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Need:
     """Answer no exactly if no edge opens more than 180°; else judge by a few pairs."""
     del budget
-    if isinstance(scene.geometry, Shoebox):
-        return Verdict(False, "no edge of a box opens more than 180°")
-    from rooms.diffraction import edges_of
-
-    edges = len(edges_of(scene.geometry))  # pyright: ignore[reportArgumentType]
+    edges = _edges(scene)
     if not edges:
-        return Verdict(False, "no edge opens more than 180°")
+        return Need(False, "no edge opens more than 180°")
     share = bent_share(scene)
     errors = {kind: factor * share.listed for kind, factor in _PER_DB.items()}
     errors["clarity_db"] = max(errors["clarity_db"], share.early)
@@ -91,14 +85,14 @@ def bent_share(scene: Scene) -> Share:
     )
     for emitter in places[:2]:
         ways = diffracted_paths(
-            scene.geometry,  # pyright: ignore[reportArgumentType]
+            scene.geometry.mesh,
             emitter,
             places[2:],
             bands=scene.bands,
             speed_of_sound=scene.speed_of_sound,
             reflection=np.sqrt(1 - scene.absorption),
         )
-        seen = scene.geometry.sees(*_local(scene, emitter, places[2:]))  # pyright: ignore[reportAttributeAccessIssue]
+        seen = scene.geometry.mesh.visible(emitter, places[2:])
         straight = (seen / np.sum((places[2:] - emitter) ** 2, axis=1))[:, None]
         bent = np.zeros((2, len(seen), len(scene.bands)))
         np.add.at(bent, (ways.mirrors, ways.listener), np.abs(ways.gain) ** 2)
@@ -122,9 +116,13 @@ def _louder(part: FloatArray, rest: FloatArray) -> float:
     return float(decibels(1 + part / np.maximum(rest, 1e-9)).max())
 
 
-def _local(scene: Scene, emitter: FloatArray, places: FloatArray) -> Any:
-    localised = scene.geometry.localised  # pyright: ignore[reportAttributeAccessIssue]
-    return localised(emitter)[0], localised(places)
+def _edges(scene: Scene) -> int:
+    """Return how many edges of a room bend sound."""
+    if scene.geometry.convex:
+        return 0
+    from rooms.diffraction import edges_of
+
+    return len(edges_of(scene.geometry.mesh))
 
 
 def apply(scene: Scene, sound: Sound) -> None:
@@ -134,12 +132,12 @@ def apply(scene: Scene, sound: Sound) -> None:
     its magnitude and the sign of its real part, which is exact at the boundaries
     of shadows and keeps levels elsewhere.
     """
-    if isinstance(scene.geometry, Shoebox):
+    if scene.geometry.convex:
         return
     from rooms.diffraction import diffracted_paths
 
     ways = diffracted_paths(
-        scene.geometry,  # pyright: ignore[reportArgumentType]
+        scene.geometry.mesh,
         sound.emitter.position,
         sound.listeners.positions,
         bands=scene.bands,

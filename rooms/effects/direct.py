@@ -1,10 +1,8 @@
 """The direct sound: 1/d at distance d."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-from rooms.effects.effect import Effect, Tolerance, Verdict
-from rooms.geometry import Shoebox
+from rooms.effects.effect import Effect, Need, Tolerance
 from rooms.scene import Scene
 from rooms.sound import Arrivals, Budget, Sound
 
@@ -14,10 +12,10 @@ NEAREST = 0.01
 """Distances below this [m] count as this: no transducer is a point."""
 
 
-def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Verdict:
+def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Need:
     """Answer yes: nothing can stand for the direct sound."""
     del scene, budget, tolerance
-    return Verdict(True, "always", {"level_db": float("inf")})
+    return Need(True, "always", {"level_db": float("inf")})
 
 
 def apply(scene: Scene, sound: Sound) -> None:
@@ -28,8 +26,8 @@ def apply(scene: Scene, sound: Sound) -> None:
     facing = np.where(apart[:, None], way, sound.emitter.forward)
     facing = facing / np.where(apart, distance, 1.0)[:, None]
     gain = 1 / np.maximum(distance, NEAREST)
-    if not isinstance(scene.geometry, Shoebox):
-        gain = gain * _in_sight(scene, sound)
+    places = sound.emitter.position, sound.listeners.positions
+    gain = gain * scene.geometry.in_sight(*places)
     sound.listed_order = max(sound.listed_order, 0)
     sound.arrivals.append(
         Arrivals(
@@ -41,14 +39,6 @@ def apply(scene: Scene, sound: Sound) -> None:
             order=np.zeros(len(distance), dtype=np.int64),
         )
     )
-
-
-def _in_sight(scene: Scene, sound: Sound) -> NDArray[np.bool_]:
-    from rooms.mesh import find_paths
-
-    places = sound.emitter.position, sound.listeners.positions
-    seen = find_paths(scene.geometry, *places, max_order=0).listener  # pyright: ignore[reportArgumentType]
-    return np.isin(np.arange(len(sound.listeners)), seen)
 
 
 DIRECT = Effect("direct", "the straight way", needed, apply)

@@ -7,7 +7,7 @@ from rir.numbers import read_number
 from rooms.scene import Scene
 from rooms.sound import Budget, Sound
 
-__all__ = ["Effect", "Tolerance", "Verdict", "judged"]
+__all__ = ["Effect", "Need", "Tolerance", "judged"]
 
 _MARGIN = 0.25
 """Predictions are means over a room, and single places, where decays are slower or
@@ -51,7 +51,7 @@ class Tolerance:
 
 
 @dataclass(frozen=True)
-class Verdict:
+class Need:
     """Whether a scene calls for an effect, and why.
 
     Parameters
@@ -84,12 +84,12 @@ class Verdict:
 
 def judged(
     tolerance: Tolerance, errors: dict[str, float], why: str, cost_s: float = 0.0
-) -> Verdict:
-    """Return the verdict that predicted errors call for."""
+) -> Need:
+    """Return the need that predicted errors make."""
     over = tolerance.exceeded(errors)
     names = ", ".join(_UNITS[kind][0] for kind in over)
     reason = f"{why}: needed for {names}" if over else f"{why}: below the tolerance"
-    return Verdict(bool(over), reason, errors, cost_s)
+    return Need(bool(over), reason, errors, cost_s)
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ class Effect:
     summary : str
         One line for people.
     needed : callable
-        (scene, budget, tolerance) -> Verdict; cheap, never simulates.
+        (scene, budget, tolerance) -> Need; cheap, never simulates.
     apply : callable
         (scene, sound) -> None; adds itself to the sound.
     after : str
@@ -113,6 +113,6 @@ class Effect:
 
     name: str
     summary: str
-    needed: Callable[[Scene, Budget, Tolerance], Verdict]
+    needed: Callable[[Scene, Budget, Tolerance], Need]
     apply: Callable[[Scene, Sound], None]
     after: str = ""

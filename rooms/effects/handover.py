@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from rir.physics import decibels
 from rooms.energy_flow import EnergyFlow, energy_flow
-from rooms.geometry import Shoebox
 from rooms.predict import equivalent_box
 from rooms.scene import Scene
 from rooms.sound import Budget, Sound
@@ -52,7 +51,7 @@ def flow_of(scene: Scene, sound: Sound) -> EnergyFlow:
 
 def handover_time(scene: Scene, sound: Sound) -> float:
     """Return the time [s] after which images carry less than -40 dB of the energy."""
-    if not isinstance(scene.geometry, Shoebox) or sound.scattering is None:
+    if not scene.geometry.lattice or sound.scattering is None:
         return sound.budget.duration
     flow = flow_of(scene, sound)
     mirrored = flow.images
@@ -66,7 +65,7 @@ def missing_energy(scene: Scene, budget: Budget) -> dict[str, float]:
     """Predict what the energy in no listed path contributes; empty if there is none."""
     box = equivalent_box(scene)
     order = budget.max_order
-    if not isinstance(scene.geometry, Shoebox) and order is None:
+    if not scene.geometry.lattice and order is None:
         order = MESH_ORDER
     times = (np.arange(100) + 0.5) * budget.duration / 100
     flow = energy_flow(box, times, scattering=box.scattering, max_order=order)

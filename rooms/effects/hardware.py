@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from rooms.effects.effect import Effect, Tolerance, Verdict
+from rooms.effects.effect import Effect, Need, Tolerance
 from rooms.scene import Scene
 from rooms.sound import Budget, Sound
 
@@ -12,12 +12,12 @@ __all__ = ["HARDWARE"]
 FloatArray = NDArray[np.float64]
 
 
-def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Verdict:
+def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Need:
     """Answer yes exactly if the scene states a chain."""
     del budget, tolerance
     if scene.hardware is None:
-        return Verdict(False, "the scene states no measuring chain")
-    return Verdict(True, "the scene states a measuring chain")
+        return Need(False, "the scene states no measuring chain")
+    return Need(True, "the scene states a measuring chain")
 
 
 def apply(scene: Scene, sound: Sound) -> None:

@@ -11,10 +11,9 @@ import numpy as np
 
 from rir.physics import REFERENCE_TEMPERATURE_C, speed_of_sound
 from rooms.effects import scattering
-from rooms.effects.effect import Effect, Tolerance, Verdict, judged
+from rooms.effects.effect import Effect, Need, Tolerance, judged
 from rooms.effects.handover import flow_energy, missing_energy
 from rooms.effects.traced import traced_energy
-from rooms.geometry import Shoebox
 from rooms.scene import Scene
 from rooms.sound import Budget, Sound, Waves
 
@@ -24,15 +23,15 @@ _WAVES_PER_SAMPLE = 0.5
 """With the twins, one arrival per sample: dense enough to sound like noise."""
 
 
-def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Verdict:
+def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Need:
     """Judge by the energy that the listed images leave out."""
     errors = missing_energy(scene, budget)
     if not errors:
-        return Verdict(False, "every image is listed and nothing scatters")
+        return Need(False, "every image is listed and nothing scatters")
     why = "scattered" if np.any(scene.scattering) else "high-order"
     cost = 2e-7 * budget.n_samples
     if scattering.needed(scene, budget, tolerance).on:
-        return Verdict(True, "it carries what scattering takes", errors, cost)
+        return Need(True, "it carries what scattering takes", errors, cost)
     return judged(tolerance, errors, f"{why} energy in no listed path", cost)
 
 
@@ -57,7 +56,7 @@ def _draw(
 def apply(scene: Scene, sound: Sound) -> None:
     """Add waves carrying the scattered energy and that of the images not listed."""
     budget = sound.budget
-    boxed = isinstance(scene.geometry, Shoebox) and budget.rays is None
+    boxed = scene.geometry.lattice and budget.rays is None
     energy, step = (flow_energy if boxed else traced_energy)(scene, sound)
     if not np.any(energy):
         return

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rir import GainPattern
-from rooms.effects.effect import Effect, Tolerance, Verdict, judged
-from rooms.geometry import Shoebox
+from rooms.effects.effect import Effect, Need, Tolerance, judged
 from rooms.scene import Scene
 from rooms.sound import Budget, Sound
 
@@ -55,23 +54,23 @@ def crossover_of(scene: Scene, budget: Budget) -> float:
     return float(min(limits))
 
 
-def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Verdict:
+def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Need:
     """Judge by how far up single modes stand out."""
     frequency = schroeder_frequency(scene)
-    if isinstance(scene.geometry, Shoebox):
-        return Verdict(False, "in a box the images carry the modes themselves")
-    if not getattr(scene.geometry, "watertight", False):
-        return Verdict(False, "an open mesh encloses no air to make a grid of")
+    if scene.geometry.lattice:
+        return Need(False, "in a box the images carry the modes themselves")
+    if not scene.geometry.watertight:
+        return Need(False, "an open mesh encloses no air to make a grid of")
     edge = float(scene.bands[0]) / np.sqrt(2)
     if frequency < _SKIRT * edge:
         why = f"single modes end at {frequency:.0f} Hz, below the lowest octave"
-        return Verdict(False, why)
+        return Need(False, why)
     # levels stray by about 5.6 dB where modes do not overlap
     stray = 5.6 * min(1.0, frequency / edge - _SKIRT)
     errors = {kind: factor * float(stray) for kind, factor in _PER_DB.items()}
     why = f"single modes stand out up to {frequency:.0f} Hz"
     if crossover_of(scene, budget) <= _LOWEST:
-        return Verdict(False, f"{why}, out of reach of a grid", errors)
+        return Need(False, f"{why}, out of reach of a grid", errors)
     return judged(tolerance, errors, why, 0.05)
 
 

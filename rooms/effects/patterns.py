@@ -4,7 +4,7 @@ import numpy as np
 
 from rir import GainPattern
 from rir.physics import decibels
-from rooms.effects.effect import Effect, Tolerance, Verdict, judged
+from rooms.effects.effect import Effect, Need, Tolerance, judged
 from rooms.scene import Scene
 from rooms.sound import Budget, Sound
 
@@ -21,11 +21,11 @@ def _deviation_db(pattern: GainPattern) -> float:
     return float(np.abs(level).max())
 
 
-def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Verdict:
+def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Need:
     """Judge by the larger deviation of the two patterns from omni."""
     worst = max(_deviation_db(scene.emitter_gain), _deviation_db(scene.listener_gain))
     if worst < 1e-6:
-        return Verdict(False, "both patterns are omnidirectional")
+        return Need(False, "both patterns are omnidirectional")
     why = f"gains stray up to {worst:.1f} dB from omni"
     return judged(tolerance, {"level_db": worst}, why, 6e-7 * budget.n_samples)
 

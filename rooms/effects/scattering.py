@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from rooms.effects.effect import Effect, Tolerance, Verdict, judged
+from rooms.effects.effect import Effect, Need, Tolerance, judged
 from rooms.energy_flow import energy_flow
-from rooms.geometry import Shoebox
 from rooms.predict import equivalent_box, predicted_errors
 from rooms.scene import Scene
 from rooms.sound import Budget, Sound
@@ -16,10 +15,10 @@ _ODD_SHAPE = 100.0
 mirrors keep between hard walls of coupled rooms lasts longest of all."""
 
 
-def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Verdict:
+def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Need:
     """Judge by what mirrors alone would do to decay, clarity and level."""
     if not np.any(scene.scattering):
-        return Verdict(False, "no surface scatters")
+        return Need(False, "no surface scatters")
     errors = predicted_errors(
         scene, budget.duration, budget.sample_rate, scattering=False
     )
@@ -28,7 +27,7 @@ def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Verdict:
     # another, and an octave's level and slope follow with a few dozen degrees of
     # freedom
     errors["level_db"] = max(errors["level_db"], 2 * share**0.5)
-    boxed = isinstance(scene.geometry, Shoebox)
+    boxed = scene.geometry.lattice
     errors["reverberation_percent"] = max(
         errors["reverberation_percent"], (25 if boxed else _ODD_SHAPE) * share**0.5
     )

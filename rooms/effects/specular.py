@@ -5,9 +5,8 @@ from numpy.typing import NDArray
 
 from rir.errors import SceneError
 from rir.physics import decibels
-from rooms.effects.effect import Effect, Tolerance, Verdict, judged
+from rooms.effects.effect import Effect, Need, Tolerance, judged
 from rooms.effects.handover import MESH_ORDER, handover_time
-from rooms.geometry import Shoebox
 from rooms.predict import predicted_errors
 from rooms.scene import Scene
 from rooms.sound import Arrivals, Budget, Lattice, Sound
@@ -22,7 +21,7 @@ _MOST_IMAGES = 2e9
 """About twenty seconds of work for each pair."""
 
 
-def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Verdict:
+def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Need:
     """Judge by what the direct sound alone would sound like."""
     errors = predicted_errors(
         scene, budget.duration, budget.sample_rate, reflections=False
@@ -39,7 +38,7 @@ def apply(scene: Scene, sound: Sound) -> None:
     geometry, budget = scene.geometry, sound.budget
     if not np.any(sound.reflection):
         return
-    if not isinstance(geometry, Shoebox):
+    if not geometry.lattice:
         sound.arrivals.append(_mesh_paths(scene, sound))
         return
     order = _ANY_ORDER if budget.max_order is None else budget.max_order
@@ -81,17 +80,13 @@ def _check_bearable(scene: Scene, order: int, until: float) -> None:
 
 
 def _mesh_paths(scene: Scene, sound: Sound) -> Arrivals:
-    from rooms.mesh import find_paths
-
     order = MESH_ORDER if sound.budget.max_order is None else sound.budget.max_order
     sound.listed_order = order
-    paths = find_paths(
-        scene.geometry,  # pyright: ignore[reportArgumentType]
+    paths = scene.geometry.mirror_paths(
         sound.emitter.position,
         sound.listeners.positions,
         max_order=order,
         max_length=scene.speed_of_sound * sound.budget.duration,
-        direct=False,
     )
     return Arrivals(
         listener=paths.listener,

@@ -3,12 +3,9 @@
 Used for rooms that are not boxes, and for boxes when rays are asked for.
 """
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
-from rooms.geometry import Shoebox
 from rooms.scene import Scene
 from rooms.sound import Sound
 
@@ -25,7 +22,7 @@ def traced_energy(scene: Scene, sound: Sound) -> tuple[NDArray[np.float64], floa
     budget = sound.budget
     spread = sound.scattering
     histogram = trace_energy(
-        meshed(scene),
+        scene.geometry.mesh,
         scene.absorption,
         np.zeros_like(scene.absorption) if spread is None else spread,
         sound.emitter.position[None],
@@ -40,12 +37,3 @@ def traced_energy(scene: Scene, sound: Sound) -> tuple[NDArray[np.float64], floa
     sound.traced = histogram
     energy = np.moveaxis(histogram.energy[0], 1, 2) / histogram.time_step
     return energy, histogram.time_step
-
-
-def meshed(scene: Scene) -> Any:
-    """Return the geometry as a mesh whose surfaces are numbered like the scene's."""
-    if not isinstance(scene.geometry, Shoebox):
-        return scene.geometry
-    from rooms.mesh import MeshGeometry
-
-    return MeshGeometry.box(scene.geometry.size)

@@ -1,12 +1,9 @@
 """Distances from points to the surfaces of a mesh."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from rooms.mesh.geometry import MeshGeometry
+from rooms.mesh.panels import Panels
 
 __all__ = ["distances", "lift_off", "nearest_gap"]
 
@@ -43,21 +40,22 @@ def nearest_gap(corners: FloatArray, point: FloatArray) -> float:
     return float(np.linalg.norm(near - point, axis=1).min(initial=np.inf))
 
 
-def distances(geometry: "MeshGeometry", points: FloatArray) -> FloatArray:
-    """Return how far points, shape (N, 3), local, lie from the nearest triangle [m]."""
-    return np.array([nearest_gap(geometry.corners, point) for point in points])
+def distances(corners: FloatArray, points: FloatArray) -> FloatArray:
+    """Return how far points (N, 3) lie from the nearest of triangles (F, 3, 3) [m]."""
+    return np.array([nearest_gap(corners, point) for point in points])
 
 
-def lift_off(geometry: "MeshGeometry", points: FloatArray) -> FloatArray:
-    """Move points, shape (N, 3), local, off the panels they lie on."""
-    panels, gap = geometry.panels, geometry.tolerance * 1e-3
+def lift_off(
+    corners: FloatArray, panels: Panels, gap: float, points: FloatArray
+) -> FloatArray:
+    """Move points, shape (N, 3), that lie on panels off them, by twice a gap [m]."""
     lifted = points.copy()
     height = points @ panels.normal.T - panels.offset
     beside = np.abs(height) <= 2 * gap
     for index in np.nonzero(beside.any(axis=1))[0]:
         for panel in np.nonzero(beside[index])[0]:
             own = panels.faces[slice(*panels.face_start[panel : panel + 2])]
-            near = _nearest(geometry.corners[own], points[index])
+            near = _nearest(corners[own], points[index])
             if np.linalg.norm(near - points[index], axis=1).min() <= 2 * gap:
                 rise = 2 * gap - height[index, panel]
                 lifted[index] += rise * panels.normal[panel]

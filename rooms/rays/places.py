@@ -60,7 +60,7 @@ def find_places(geometry: MeshGeometry, points: ArrayLike) -> Places:
     """
     local = geometry.localised(points)
     largest = min(_LARGEST, _SHARE * max(geometry.volume, 1e-9) ** (1 / 3))
-    nearest = distances(geometry, local)
+    nearest = distances(geometry.corners, local)
     radius = np.clip(nearest, _SMALLEST * largest, largest)
     whole = nearest >= radius * (1 - 1e-9)
     volume = 4 / 3 * np.pi * radius**3

@@ -21,6 +21,23 @@ def test_explain_names_every_effect_and_writes_nothing(capsys):
     assert "SIMULATED" in shown
     for name in ("patterns", "scattering", "air", "direct", "specular", "late"):
         assert name in shown
+    assert "furniture (counter, wall cupboards, refrigerator, table) is not" in shown
+
+
+def test_explain_needs_no_free_place(tmp_path, capsys):
+    # a passage 4 cm wide at 45° to the axes
+    floor = [(0, 0), (0.06, 0), (5, 4.94), (5, 5)]
+    corners = [(x, y, z) for z in (0, 2) for x, y in floor]
+    sides = [(k, k % 4 + 1, k % 4 + 5, k + 4) for k in (1, 2, 3, 4)]
+    lines = ["v " + " ".join(map(str, corner)) for corner in corners]
+    faces = [(4, 3, 2, 1), (5, 6, 7, 8), *sides]
+    lines += ["f " + " ".join(map(str, face)) for face in faces]
+    room = tmp_path / "passage.obj"
+    room.write_text("\n".join(lines))
+    assert main([str(room), *FAST]) == 1
+    assert "free places" in capsys.readouterr().err
+    assert main([str(room), "--explain", *FAST]) == 0
+    assert "specular" in capsys.readouterr().out
 
 
 def test_a_simulation_is_written_as_a_data_set(tmp_path, capsys):
