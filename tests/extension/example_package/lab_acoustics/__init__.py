@@ -1,0 +1,1 @@
+"""A laboratory's own parts, each one file and one entry point."""
