@@ -26,7 +26,7 @@ from analysis.decay.lines import LEAST_RANGE, DecayCurve, read_ratio, read_times
 from analysis.decay.noise import fit_decay
 from analysis.decay.response import DIRECT_REACH, find_decay, prepare, sample_at
 from analysis.decay.scan import find_stop, largest, locate
-from analysis.envelopes import Layout, band_envelopes, fast_length, transform
+from analysis.envelopes import EnvelopeLayout, band_envelopes, fast_length, transform
 from analysis.gates import RINGING, Gates, gated_energies
 from rir.bands import Band
 
@@ -135,7 +135,7 @@ def analyse_chunk(
     lead = int(RINGING / narrowest * rate) + 1
     longest = max(len(place.samples) for place in located)
     length = fast_length(longest + 6 * lead)
-    layout = Layout(rate, lead, length)
+    layout = EnvelopeLayout(rate, lead, length)
     padded = np.zeros((len(located), length), dtype=np.float32)
     for row, place in zip(padded, located, strict=True):
         row[lead : lead + len(place.samples)] = place.samples
@@ -160,7 +160,11 @@ def analyse_chunk(
 
 
 def read_band(
-    energy: FloatArray, place: Located, band: Band, layout: Layout, answer: Answer
+    energy: FloatArray,
+    place: Located,
+    band: Band,
+    layout: EnvelopeLayout,
+    answer: Answer,
 ) -> DecayCurve | None:
     """Fill times and centre time of one band of one response; return its curve."""
     slower = len(energy) / layout.length
@@ -207,7 +211,7 @@ def read_splits(
     row: int,
     number: int,
     band: Band,
-    layout: Layout,
+    layout: EnvelopeLayout,
     answer: Answer,
 ) -> None:
     """Fill the ratios of gated energies, freed from the noise."""

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from analysis.decay.answer import Answers
-from analysis.parameters import Parameters, as_responses, assemble, check_rate
+from analysis.parameters import AcousticParameters, as_responses, assemble, check_rate
 from analysis.threads import share_rows
 from rir.bands import bands_of
 
@@ -19,7 +19,7 @@ def band_parameters(
     fraction: int | None = None,
     zero_phase: bool = False,
     threads: int = 1,
-) -> Parameters:
+) -> AcousticParameters:
     """Estimate room-acoustic parameters per frequency band.
 
     The direct sound is found in the full band. Times come from each band's own

@@ -10,7 +10,7 @@ from scipy.fft import ifft, next_fast_len, rfft
 from analysis.decay.curve import envelope_energy
 from rir.bands import Band, cached_window
 
-__all__ = ["Layout", "band_envelopes", "fast_length", "transform"]
+__all__ = ["EnvelopeLayout", "band_envelopes", "fast_length", "transform"]
 
 FloatArray = NDArray[np.float64]
 
@@ -19,7 +19,7 @@ POINTS = 2048
 
 
 @dataclass(frozen=True)
-class Layout:
+class EnvelopeLayout:
     """Where the responses of a chunk stand in their transform."""
 
     rate: float
@@ -32,7 +32,7 @@ class Layout:
 
 
 def band_envelopes(
-    spectra: NDArray[np.complex64], band: Band, layout: Layout
+    spectra: NDArray[np.complex64], band: Band, layout: EnvelopeLayout
 ) -> FloatArray:
     """Return squared envelopes whose sum is the band's energy."""
     first, window = cached_window(band, layout.rate, layout.length)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.decay.response import sample_at
-from analysis.envelopes import Layout, band_envelopes, fast_length, transform
+from analysis.envelopes import EnvelopeLayout, band_envelopes, fast_length, transform
 from rir.bands import Band, cached_weights
 
 __all__ = ["RINGING", "Gates", "gated_energies"]
@@ -86,7 +86,7 @@ def _energies_before(
     rows, splits, size = pieces.shape
     spectra = transform(pieces).reshape(rows * splits, -1)
     energies = np.empty((rows * splits, len(bands)))
-    layout = Layout(rate, 0, size)
+    layout = EnvelopeLayout(rate, 0, size)
     for number, band in enumerate(bands):
         envelopes = band_envelopes(spectra, band, layout)
         exact = stop * envelopes.shape[-1] / size

@@ -13,7 +13,7 @@ from analysis.threads import share_rows
 from rir.errors import SignalError
 
 __all__ = [
-    "Parameters",
+    "AcousticParameters",
     "acoustic_parameters",
     "as_responses",
     "assemble",
@@ -23,7 +23,7 @@ __all__ = [
 FloatArray = NDArray[np.float64]
 
 
-class Parameters(dict[str, Any]):
+class AcousticParameters(dict[str, Any]):
     """Parameters by name, with flags, reasons, and how far to trust them.
 
     A plain dict of ``EDT``, ``T20``, ``T30``, ``TS`` [s], ``C50``, ``C80``, ``DRR``
@@ -137,7 +137,7 @@ def _to_float64(array: NDArray[Any]) -> FloatArray:
 
 def acoustic_parameters(
     samples: ArrayLike, sample_rate: float, *, threads: int = 1
-) -> Parameters:
+) -> AcousticParameters:
     """Estimate EDT, T20, T30, C50, C80, DRR, D50 and centre time of responses.
 
     Each response is handled alone: offset removed, direct sound found 20 dB under
@@ -198,9 +198,9 @@ def acoustic_parameters(
 
 def assemble(
     answers: Answers, shape: tuple[int, ...], bandwidth: float | FloatArray
-) -> Parameters:
+) -> AcousticParameters:
     """Return the parameters of filled answers in the responses' shape."""
-    result = Parameters()
+    result = AcousticParameters()
     for place, name in enumerate(VALUES):
         result[name] = answers.values[:, place].reshape(shape)
     result["flags"] = nest([flag_words(int(bits)) for bits in answers.flags], shape)
@@ -215,7 +215,9 @@ def _reasons(codes: NDArray[np.int64]) -> dict[str, str]:
     return {name: REASONS[code] for name, code in pairs if code}
 
 
-def _describe(result: Parameters, facts: FloatArray, shape: tuple[int, ...]) -> None:
+def _describe(
+    result: AcousticParameters, facts: FloatArray, shape: tuple[int, ...]
+) -> None:
     columns = {name: facts[:, place].reshape(shape) for place, name in enumerate(FACTS)}
     result.range_available = columns["range"]
     result.noise_floor = _decibels(columns["noise"])

@@ -16,6 +16,7 @@ __all__ = [
 FloatArray = NDArray[np.float64]
 Groups = NDArray[np.intp]
 RESAMPLES = 4000
+"""A hundred of them lie beyond each end of an interval."""
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,7 @@ __all__ = [
     "run",
 ]
 
+# As shells have them: 2 for wrong usage, 128 + 2 (SIGINT) for an interruption.
 EXIT_DONE = 0
 EXIT_ERROR = 1
 EXIT_USAGE = 2

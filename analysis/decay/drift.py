@@ -14,6 +14,7 @@ FloatArray = NDArray[np.float64]
 PARTS = 64
 """Blocks that the drift is fitted to."""
 DEGREES = (1, 2, 3)
+"""Degrees of the polynomials that are tried, the lowest that fits is taken."""
 MOST_LEFT = 4.0
 """Squares of block means left over, times what white noise leaves."""
 LEAST_SHARE = 0.3

@@ -2,6 +2,7 @@
 
 __all__ = ["FLAG_WORDS", "REASONS", "flag_words"]
 
+# One bit each, since a response may deserve several.
 NON_FINITE = 1
 DC_OFFSET = 2
 CLIPPED = 4

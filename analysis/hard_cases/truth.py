@@ -14,6 +14,7 @@ FloatArray = NDArray[np.float64]
 
 SPLITS = {"C50": 0.05, "C80": 0.08}
 DIRECT_WINDOW = 0.0025
+"""Direct sound of DRR after its peak [s] (Zahorik, JASA 112, 2002)."""
 
 
 def exponential_truth(reverberation_time: float) -> dict[str, float]:

@@ -5,15 +5,26 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Bands", "ThirdOctave", "noise_density", "smoothed", "third_octaves"]
+__all__ = [
+    "Bands",
+    "ThirdOctave",
+    "noise_density",
+    "padded_size",
+    "smoothed",
+    "third_octaves",
+]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 LOWEST = 125.0
+"""Centre of the lowest band [Hz]; it takes in all below."""
+MARGIN_SECONDS = 0.05
+"""Silence appended, so that nothing wraps around."""
 CLEAR_OF_NOISE = 3.0
 """Power over the noise that noise alone, smoothed as it is, seldom reaches."""
 SHORTEST_SECONDS = 0.0003
+"""Bands from 5 kHz on are smoothed alike, over 1.5 periods of 5 kHz [s]."""
 COLOUR_SHARE = 0.02
 """Spectra are smoothed over this share of the frequency to either side."""
 
@@ -42,6 +53,14 @@ class ThirdOctave:
     def bins(self) -> slice:
         """Bins of the spectrum that the weights stand for."""
         return slice(self.first, self.first + len(self.weights))
+
+
+def padded_size(count: int, sample_rate: int) -> int:
+    """Return a fast length of the transform of some samples and a margin."""
+    from scipy.fft import next_fast_len
+
+    longest = count + round(MARGIN_SECONDS * sample_rate)
+    return int(next_fast_len(longest, real=True) or 0)
 
 
 def third_octaves(sample_rate: int, size: int) -> list[ThirdOctave]:

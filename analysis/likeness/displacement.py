@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.likeness.arrivals import Arrival, split_arrivals
-from analysis.likeness.bandwise import Bands, noise_density, smoothed
+from analysis.likeness.bandwise import Bands, noise_density, padded_size, smoothed
 from analysis.likeness.quiet import quiet_part
 from rir.onset import find_onset
 
@@ -21,14 +21,13 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 SPEED = 343.0
+"""Of sound, near 20 °C [m/s]: 1 % of it counts no more than 1 % of repeatability."""
 RINGING_SECONDS = 0.002
 """A displaced arrival rings this long about its own window at most."""
 LEAD_SECONDS = 0.0004
 """Smoothed powers reach before the direct sound, what is shaped by them must not."""
 DEEPEST = 0.01
 """Gaps in the spectrum are filled up to this much of its largest magnitude."""
-MARGIN_SECONDS = 0.05
-"""Silence appended, so that nothing wraps around."""
 
 
 def coherence(wavenumbers: FloatArray, moves: FloatArray) -> FloatArray:
@@ -74,12 +73,11 @@ def displaced(
         Standard deviation of one visit to a place along each axis [m]; the response
         and its copy are two visits.
     """
-    from scipy.fft import irfft, next_fast_len, rfft
+    from scipy.fft import irfft, rfft
 
     moves = rng.normal(0.0, position_m * np.sqrt(2), (2, 3))
     count = len(samples)
-    longest = count + round(MARGIN_SECONDS * sample_rate)
-    size = int(next_fast_len(longest, real=True) or 0)
+    size = padded_size(count, sample_rate)
     spectrum = np.asarray(rfft(samples, size), dtype=np.complex128)
     colour = _colour(spectrum)
     # Without the loudspeaker's colour arrivals are short, and cut ends fill no gaps.

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from analysis.likeness.fit import SwapFit
 
-__all__ = ["Fault", "Limits", "Typical", "name_faults", "position_error"]
+__all__ = ["FaultLimits", "PairFault", "Typical", "name_faults", "position_error"]
 
 FloatArray = NDArray[np.float64]
 
@@ -43,7 +43,7 @@ class Typical:
 
 
 @dataclass(frozen=True)
-class Limits:
+class FaultLimits:
     """Sizes from which on something is called a fault.
 
     Each is several times what a careful session scatters; gain and temperature
@@ -58,7 +58,7 @@ class Limits:
     partner: float = 0.7
     typical: Typical = Typical()
 
-    def widened(self, typical: Typical) -> "Limits":
+    def widened(self, typical: Typical) -> "FaultLimits":
         """Return limits for a room whose pairs are typically so far off.
 
         A displacement in three axes is 2.6 times its median once in a thousand.
@@ -68,7 +68,7 @@ class Limits:
 
 
 @dataclass(frozen=True)
-class Fault:
+class PairFault:
     """One thing wrong with a pair.
 
     Parameters
@@ -112,8 +112,8 @@ def name_faults(
     noise_excess_db: float = 0.0,
     own: float = 1.0,
     partners: Sequence[tuple[str, float]] = (),
-    limits: Limits | None = None,
-) -> list[Fault]:
+    limits: FaultLimits | None = None,
+) -> list[PairFault]:
     """Return what is wrong with a pair, the likeliest reason first.
 
     Parameters
@@ -127,10 +127,10 @@ def name_faults(
     partners : sequence of (str, float)
         Other pairs and how well this pair's reverse response correlates with
         their forward one.
-    limits : Limits, optional
+    limits : FaultLimits, optional
         From which sizes on to speak.
     """
-    bounds = limits or Limits()
+    bounds = limits or FaultLimits()
     alike = _clean_median(fit, fit.matched, 0.0, 1100.0, absent=own)
     if min(alike, own) < bounds.coherence:
         noisy = noise_excess_db > bounds.noise_db
@@ -173,27 +173,30 @@ def _clean_median(
     return float(np.nanmedian(early)) if np.isfinite(early).any() else absent
 
 
-def _sized(kind: str, size: float, limit: float, words: str) -> Fault | None:
+def _sized(kind: str, size: float, limit: float, words: str) -> PairFault | None:
     large = abs(size) if kind != "noise" else size
     if not np.isfinite(size) or large <= limit:
         return None
-    return Fault(kind, float(size), words, large / limit)
+    return PairFault(kind, float(size), words, large / limit)
 
 
 def _stranger(
-    alike: float, partners: Sequence[tuple[str, float]], bounds: Limits, noisy: bool
-) -> Fault | None:
+    alike: float,
+    partners: Sequence[tuple[str, float]],
+    bounds: FaultLimits,
+    noisy: bool,
+) -> PairFault | None:
     best = max(partners, key=lambda p: p[1], default=("", 0.0))
     if best[1] > bounds.partner:
         words = f"stands swapped: the reverse take belongs to pair {best[0]}"
-        return Fault("swapped", best[1], words, 100.0)
+        return PairFault("swapped", best[1], words, 100.0)
     if alike < bounds.coherence / 2 and not noisy:
         words = "the directions are unlike at all frequencies: not the same places"
-        return Fault("place", alike, words, 50.0)
+        return PairFault("place", alike, words, 50.0)
     return None
 
 
-def _unexplained(fit: SwapFit, alike: float, bounds: Limits) -> Fault | None:
+def _unexplained(fit: SwapFit, alike: float, bounds: FaultLimits) -> PairFault | None:
     """Tell a displaced end from unequal gain patterns by the low octaves.
 
     A displacement hardly shows at 500 Hz; a pattern does.
@@ -207,7 +210,7 @@ def _unexplained(fit: SwapFit, alike: float, bounds: Limits) -> Fault | None:
             f"{100 * left:.0f} % of the low-frequency energy differs and no gain, "
             "place or temperature explains it: unequal gain patterns"
         )
-        return Fault("pattern", left, words, left / 0.03)
+        return PairFault("pattern", left, words, left / 0.03)
     millimetres = 1000 * distance
     return _sized(
         "position",

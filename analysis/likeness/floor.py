@@ -19,7 +19,9 @@ FloatArray = NDArray[np.float64]
 EMPTY = 1e-3
 """Power of a band over the largest, under which it counts as an empty end."""
 GATE_HZ = 30.0
+"""Smoothing of the gate, standard deviation [Hz]: it rings for some 5 ms only."""
 LEVEL_DEVIATIONS = 4.0
+"""Levels within so many standard deviations count as equal: all but 1 of 16,000."""
 FEWEST_DRAWS = 20
 """Comparisons that the mean floor rests on at least."""
 

@@ -15,6 +15,7 @@ FloatArray = NDArray[np.float64]
 GUARD_SECONDS = 0.001
 """A band-limited direct sound rings this long before it arrives."""
 FEWEST = 32
+"""Samples of noise: the level of fewer scatters by more than 1 dB."""
 
 
 def _lead(samples: FloatArray, sample_rate: int) -> FloatArray:

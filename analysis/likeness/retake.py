@@ -9,16 +9,17 @@ what it has in common with x is S, as it must be. So noise is replaced, not adde
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.likeness.bandwise import Bands, ThirdOctave, noise_density
+from analysis.likeness.bandwise import Bands, ThirdOctave, noise_density, padded_size
 from analysis.likeness.quiet import quiet_part
 
 __all__ = ["retaken", "steady_part"]
 
 FloatArray = NDArray[np.float64]
 
-MARGIN_SECONDS = 0.05
 SMOOTH_SECONDS = 0.015
+"""Powers are smoothed over this [s]: little beside a decay, much beside noise."""
 SMOOTH_PERIODS = 6.0
+"""Low bands are smoothed over so many periods, as their noise is slower."""
 SIGMAS = 5.0
 """Standard deviations by which an earlier stretch may exceed the noise behind it."""
 
@@ -71,11 +72,10 @@ def retaken(
     Wiener, "Extrapolation, Interpolation, and Smoothing of Stationary Time Series"
     (1949), in third octaves over time.
     """
-    from scipy.fft import irfft, next_fast_len, rfft
+    from scipy.fft import irfft, rfft
 
     count = len(samples)
-    longest = count + round(MARGIN_SECONDS * sample_rate)
-    size = int(next_fast_len(longest, real=True) or 0)
+    size = padded_size(count, sample_rate)
     spectrum = np.asarray(rfft(samples, size), dtype=np.complex128)
     before, after = (_density(part, len(spectrum)) for part in (own, other))
     bands = Bands(spectrum, size, sample_rate, before)

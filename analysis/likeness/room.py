@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.likeness.faults import Fault, Limits, Typical, name_faults
+from analysis.likeness.faults import FaultLimits, PairFault, Typical, name_faults
 from analysis.likeness.fit import SwapFit, fit_swap
 from analysis.likeness.quiet import quiet_part
 
@@ -22,7 +22,7 @@ class RoomLikeness:
     Parameters
     ----------
     fits : list of SwapFit
-    faults : list of list of Fault
+    faults : list of list of PairFault
         Likeliest first; empty for a pair without one.
     noise_db : ndarray, shape (n_pairs, 2)
         Noise power of forward and reverse, re the largest sample squared [dB].
@@ -31,7 +31,7 @@ class RoomLikeness:
     """
 
     fits: list[SwapFit]
-    faults: list[list[Fault]]
+    faults: list[list[PairFault]]
     noise_db: FloatArray
     typical: Typical
 
@@ -59,7 +59,7 @@ def fit_room(
     reverse: Sequence[FloatArray],
     names: Sequence[str],
     sample_rate: int,
-    limits: Limits | None = None,
+    limits: FaultLimits | None = None,
 ) -> RoomLikeness:
     """Fit the pairs of one room.
 
@@ -71,7 +71,7 @@ def fit_room(
         How a person calls each pair.
     sample_rate : int
         Samples per second [Hz].
-    limits : Limits, optional
+    limits : FaultLimits, optional
         From which sizes on something is a fault.
     """
     levels = np.array([noise_power(h, sample_rate) for h in (*forward, *reverse)])
@@ -79,7 +79,7 @@ def fit_room(
     fits = [fit_swap(f, r, sample_rate) for f, r in zip(forward, reverse, strict=True)]
     alike = _partners(forward, reverse, sample_rate)
     typical = Typical.of(fits)
-    bounds = (limits or Limits()).widened(typical)
+    bounds = (limits or FaultLimits()).widened(typical)
     excess = 10 * np.log10(np.maximum(levels, 1e-300) / _typical(levels))
     faults = [
         name_faults(

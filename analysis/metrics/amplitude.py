@@ -10,6 +10,7 @@ __all__ = ["AMPLITUDE"]
 
 FloatArray = NDArray[np.float64]
 SMOOTHING_BINS = 32
+"""As in the evaluation of AVR, which the paper's tables rest on."""
 
 
 def smooth_spectrum(samples: FloatArray, _rate: int) -> Features:

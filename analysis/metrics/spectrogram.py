@@ -13,6 +13,7 @@ FloatArray = NDArray[np.float64]
 RESOLUTIONS = ((512, 300, 60), (256, 150, 30), (128, 75, 8))
 """Transform length, window and hop [samples] of the paper's three resolutions."""
 POWER_FLOOR = 1e-8
+"""As in auraloss, which the evaluation of AVR calls."""
 
 
 def magnitudes(samples: FloatArray, size: int, window: int, hop: int) -> FloatArray:

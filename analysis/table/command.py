@@ -14,6 +14,7 @@ from rir.command import make_console
 __all__ = ["show_parameters"]
 
 SHOWN = 60
+"""Lines on screen at the most: two pages of a terminal; --out has all."""
 
 
 def show_parameters(

@@ -16,6 +16,7 @@ from rir.files.sofa import open_sofa, rate_of
 __all__ = ["FileResponses", "read_responses"]
 
 ROWS_AT_ONCE = 256
+"""Responses in memory: 98 MB where they last 1 s at 48 kHz."""
 
 
 @dataclass(frozen=True)
