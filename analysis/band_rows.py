@@ -4,7 +4,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.decay import words
 from analysis.decay.answer import (
@@ -28,11 +27,10 @@ from analysis.decay.response import DIRECT_REACH, find_decay, prepare, sample_at
 from analysis.decay.scan import find_stop, largest, locate
 from analysis.envelopes import EnvelopeLayout, band_envelopes, fast_length, transform
 from analysis.gates import RINGING, Gates, gated_energies
+from rir.arrays import FloatArray
 from rir.bands import Band
 
 __all__ = ["analyse_bands"]
-
-FloatArray = NDArray[np.float64]
 
 SAFE_PRODUCT = 16.0
 """Below this bandwidth times reverberation time, times are doubtful and flagged."""

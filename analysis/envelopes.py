@@ -8,11 +8,10 @@ from numpy.typing import NDArray
 from scipy.fft import ifft, next_fast_len, rfft
 
 from analysis.decay.curve import envelope_energy
+from rir.arrays import FloatArray
 from rir.bands import Band, cached_window
 
 __all__ = ["EnvelopeLayout", "band_envelopes", "fast_length", "transform"]
-
-FloatArray = NDArray[np.float64]
 
 POINTS = 2048
 """A band's envelope has at least as many samples."""

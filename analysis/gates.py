@@ -8,11 +8,10 @@ from numpy.typing import NDArray
 
 from analysis.decay.response import sample_at
 from analysis.envelopes import EnvelopeLayout, band_envelopes, fast_length, transform
+from rir.arrays import FloatArray
 from rir.bands import Band, cached_weights
 
 __all__ = ["RINGING", "Gates", "gated_energies"]
-
-FloatArray = NDArray[np.float64]
 
 RINGING = 1.5
 """Room left around a response for the narrowest band to ring in [1/B]."""

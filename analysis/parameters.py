@@ -10,6 +10,7 @@ from analysis.decay.answer import FACTS, VALUES, Answers
 from analysis.decay.words import REASONS, flag_words
 from analysis.scatter import uncertainties
 from analysis.threads import share_rows
+from rir.arrays import FloatArray
 from rir.errors import SignalError
 
 __all__ = [
@@ -19,8 +20,6 @@ __all__ = [
     "assemble",
     "check_rate",
 ]
-
-FloatArray = NDArray[np.float64]
 
 
 class AcousticParameters(dict[str, Any]):

@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from analysis.differences import compared_symbols
 from analysis.metrics import METRICS
 from analysis.metrics.metric import Features
+from rir.arrays import FloatArray
 from rir.dataset import Dataset
 from rir.errors import DatasetError
 from rir.rows import PairRows
 
 __all__ = ["RoomDistances", "measure_pairs", "pairs_of_rooms"]
 
-FloatArray = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
 MAX_BROADCAST = 8_000_000

@@ -4,11 +4,10 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+
+from rir.arrays import FloatArray
 
 __all__ = ["uncertainties"]
-
-FloatArray = NDArray[np.float64]
 
 TIME_SCATTER = {"EDT": 1.72, "T20": 0.96, "T30": 0.60}
 """s(T)/T times sqrt(B T): T20 and T30 by ISO 3382-2 annex A, EDT by simulation."""

@@ -7,10 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from analysis.parameters import as_responses, check_rate
+from rir.arrays import FloatArray
 
 __all__ = ["Slopes", "fit_slopes"]
-
-FloatArray = NDArray[np.float64]
 
 CLEAR_GAIN = 15.0
 """Gain in deviance, in units of its scatter, that a second slope must bring."""

@@ -1,16 +1,15 @@
 """Sound strength G: how much louder the room makes a source than 10 m of free field."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from analysis.decay.response import sample_at
 from analysis.parameters import acoustic_parameters, as_responses, check_rate
+from rir.arrays import FloatArray
 from rir.bands import Band, bands_of, cached_weights
 from rir.errors import SignalError
 
 __all__ = ["reference_energy", "strength"]
-
-FloatArray = NDArray[np.float64]
 
 REFERENCE_DISTANCE = 10.0
 """Distance of the reference in the free field, m."""

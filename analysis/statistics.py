@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rir.arrays import FloatArray
+
 __all__ = [
     "Estimate",
     "estimate_mean",
@@ -13,7 +15,6 @@ __all__ = [
     "superiority",
 ]
 
-FloatArray = NDArray[np.float64]
 Groups = NDArray[np.intp]
 RESAMPLES = 4000
 """A hundred of them lie beyond each end of an interval."""

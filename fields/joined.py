@@ -23,6 +23,7 @@ from inverse.rows.fitset import FitSet, place_numbers
 from inverse.rows.proof import beaten_by_nearest, prove
 from inverse.rows.tiles import Tiles
 from rir import Poses
+from rir.arrays import FloatArray
 from rir.errors import MissingPartError
 from rir.optional import require
 
@@ -34,7 +35,6 @@ __all__ = [
     "train_network",
 ]
 
-FloatArray = NDArray[np.float64]
 EVERY = 3
 """Every third place is held out: enough to compare on, and two thirds to learn from."""
 BATCH_ROWS = 32

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from inverse.array_parts import part_of, prefixed
 from inverse.bands.fitted_bands import bands_of
@@ -19,13 +18,13 @@ from inverse.paths.shoebox import FittedRoom
 from inverse.rows.fitset import FitSet
 from inverse.stored import room_arrays, room_from
 from rir import GainPattern, Poses
+from rir.arrays import FloatArray
 from rir.errors import DatasetError
 from rir.physics import speed_of_sound
 from rir.schema import Schema
 
 __all__ = ["Acoustics"]
 
-FloatArray = NDArray[np.float64]
 FOUND = Schema("stored room", 1)
 
 

@@ -16,6 +16,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rir.arrays import FloatArray
 from rir.errors import SignalError
 
 __all__ = [
@@ -28,8 +29,6 @@ __all__ = [
     "octave_energies",
     "third_octave_centers",
 ]
-
-FloatArray = NDArray[np.float64]
 
 RATIO = 10.0**0.3
 """Octave frequency ratio G (IEC 61260-1:2014, 5.2)."""

@@ -8,9 +8,9 @@ in on where they cross, octave by octave. Both work on blocks, not on this curve
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["FIT_RANGES_DB", "fit_line", "remaining_energy"]
+from rir.arrays import FloatArray
 
-FloatArray = NDArray[np.float64]
+__all__ = ["FIT_RANGES_DB", "fit_line", "remaining_energy"]
 
 FIT_RANGES_DB = {"EDT": (0.0, -10.0), "T20": (-5.0, -25.0), "T30": (-5.0, -35.0)}
 """Levels between which each time's line is fitted (ISO 3382-1:2009, 3.2, A.2.2)."""

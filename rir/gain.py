@@ -3,15 +3,15 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from rir.arrays import FloatArray
 from rir.errors import SignalError
 from rir.harmonics import evaluate_harmonics, harmonic_count, harmonic_order
 from rir.numbers import read_array
 
 __all__ = ["GainPattern"]
 
-FloatArray = NDArray[np.float64]
 _BROADBAND = (1000.0,)
 
 

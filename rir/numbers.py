@@ -5,13 +5,12 @@ import warnings
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rir.arrays import FloatArray
 from rir.errors import ResoundingError, SignalError
 
 __all__ = ["read_array", "read_count", "read_number", "shown"]
 
-FloatArray = NDArray[np.float64]
 _LONGEST = 60
 
 

@@ -7,12 +7,12 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rir.arrays import FloatArray
 from rir.errors import SignalError
 from rir.numbers import read_array, read_number
 
 __all__ = ["Pose", "Poses", "from_spherical", "rotate"]
 
-FloatArray = NDArray[np.float64]
 _IDENTITY = (0.0, 0.0, 0.0, 1.0)
 
 

@@ -5,12 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rir.arrays import FloatArray, IntArray
 from rir.dataset import Dataset
 
 __all__ = ["RecordingBlocks", "median_temperature", "recording_blocks"]
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 RUN_ROWS, MOST_RUNS = 16, 12
 """Takes of a session are parted into runs of so many rows at least, so many at most."""
 

@@ -4,14 +4,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from rir.arrays import FloatArray
 from rir.errors import SignalError
 from rir.numbers import read_number
 
 __all__ = ["ImpulseResponse", "as_samples", "check_sample_rate"]
-
-FloatArray = NDArray[np.float64]
 
 
 def check_sample_rate(sample_rate: float) -> int:

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydantic import (
     AfterValidator,
     Field,
@@ -13,6 +13,7 @@ from pydantic import (
     model_validator,
 )
 
+from rir.arrays import FloatArray
 from rir.bands import octave_centers
 from rir.config import Config, load_yaml
 from rir.errors import OutOfReachError
@@ -28,7 +29,6 @@ from rir.pose import Pose
 
 __all__ = ["WALLS", "Air", "Box", "Place", "RoomSpec", "Surface", "per_octave"]
 
-FloatArray = NDArray[np.float64]
 WALLS = ("x0", "x1", "y0", "y1", "floor", "ceiling")
 """Surfaces of a shoebox in the order of every per-wall array."""
 

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rir import Poses, Registry, RoomSpec
 from rir.errors import SceneError
@@ -15,7 +14,6 @@ from rooms.scene import Scene, furniture_notes
 
 __all__ = ["SCENES", "load_places", "load_scene"]
 
-FloatArray = NDArray[np.float64]
 _MESHES = (".obj", ".ply", ".glb", ".gltf", ".stl", ".off")
 
 SCENES: Registry[Callable[[], Scene]] = Registry("scene")

@@ -6,9 +6,9 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rir import Poses
+from rir.arrays import FloatArray
 from rir.bands import crossover_gains
 from rir.cost import CostCurve, measure_cost
 from rir.onset import find_onset
@@ -20,7 +20,6 @@ from rooms.simulation import simulate
 
 __all__ = ["measure_knobs"]
 
-FloatArray = NDArray[np.float64]
 Setting = tuple[str, dict[str, Any]]
 _RAYS = (1000, 4000, 16000)
 _ORDERS = (1, 3, 6, 10, 17, 30)

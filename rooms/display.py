@@ -3,9 +3,9 @@
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rir import Poses
+from rir.arrays import FloatArray
 from rir.cost import CostCurve
 from rooms.plan import Plan
 from rooms.scene import Scene
@@ -23,8 +23,6 @@ __all__ = [
     "parameter_table",
     "plan_table",
 ]
-
-FloatArray = NDArray[np.float64]
 
 
 def describe_scene(scene: Scene) -> "Text":

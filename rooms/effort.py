@@ -6,15 +6,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rir.arrays import FloatArray
 from rir.errors import SignalError
 from rir.physics import decibels
 from rooms.sound import Budget
 
 __all__ = ["Target", "parse_accuracy", "spread_errors"]
 
-FloatArray = NDArray[np.float64]
 _KINDS = {
     "C50": "clarity_db",
     "T60": "reverberation_percent",

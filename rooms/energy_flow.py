@@ -7,14 +7,13 @@ without any loss the energy arriving per second is 4 pi c / V at all times.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rir.arrays import FloatArray
 from rir.errors import SceneError
 from rooms.scene import Scene
 
 __all__ = ["EnergyFlow", "energy_flow"]
 
-FloatArray = NDArray[np.float64]
 _NODES = 16
 
 

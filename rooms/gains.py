@@ -5,17 +5,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rir import GainPattern, Registry
+from rir.arrays import FloatArray
 from rir.bands import octave_centers
 from rir.errors import ConfigError
 from rir.files.sofa import open_sofa, rate_of
 from rir.pose import from_spherical
 
 __all__ = ["PATTERNS", "load_gain"]
-
-FloatArray = NDArray[np.float64]
 
 PATTERNS: Registry[GainPattern] = Registry("gain pattern")
 PATTERNS.add("omni")(GainPattern.omni())

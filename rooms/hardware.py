@@ -5,11 +5,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rir.arrays import FloatArray
 from rir.errors import SignalError
 
 __all__ = ["DeviceResponse", "Hardware"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

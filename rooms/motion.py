@@ -3,16 +3,15 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from rir import Poses
+from rir.arrays import FloatArray
 from rir.errors import SignalError
 from rooms.scene import Scene
 from rooms.simulation import simulate
 
 __all__ = ["render_moving"]
-
-FloatArray = NDArray[np.float64]
 
 
 def render_moving(

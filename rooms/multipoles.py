@@ -10,16 +10,14 @@ towards low frequencies and is left out there.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rir import GainPattern
+from rir.arrays import ComplexArray, FloatArray
 from rir.pose import rotate
 from rooms.wave_grid import WaveGrid
 
 __all__ = ["Moments", "transfer"]
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 _BLOCK = 256
 """Listeners heard in one march with all their gradients."""
 

@@ -1,15 +1,14 @@
 """Room-acoustic parameters of simulated responses: free of noise, so by definition."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from rir.arrays import FloatArray
 from rir.decay import FIT_RANGES_DB, fit_line, remaining_energy
 from rir.errors import SignalError
 from rir.physics import decibels
 
 __all__ = ["hall_parameters"]
-
-FloatArray = NDArray[np.float64]
 
 _LEAD = 0.002
 """Energy counts from this long before the direct sound [s]: pulses have a rise."""

@@ -4,12 +4,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rir import Poses
+from rir.arrays import FloatArray
 from rir.errors import SceneError
 from rooms.scene import Scene
 
 __all__ = ["grid_places", "random_places"]
-
-FloatArray = NDArray[np.float64]
 
 
 def _inside(scene: Scene, points: FloatArray, clearance: float) -> NDArray[np.bool_]:

@@ -4,8 +4,8 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rir.arrays import FloatArray
 from rir.decay import fit_line, remaining_energy
 from rir.physics import decibels
 from rooms.energy_flow import energy_flow
@@ -14,7 +14,6 @@ from rooms.scene import Scene
 
 __all__ = ["Parameters", "predict_parameters", "predicted_errors"]
 
-FloatArray = NDArray[np.float64]
 _STEPS = 200
 
 

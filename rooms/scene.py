@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from rir import GainPattern, RoomSpec
+from rir.arrays import FloatArray
 from rir.bands import octave_centers
 from rir.errors import SceneError
 from rir.numbers import read_array, read_number, shown
@@ -18,7 +19,6 @@ from rooms.hardware import Hardware
 
 __all__ = ["Scene"]
 
-FloatArray = NDArray[np.float64]
 _BANDS = octave_centers(125.0, 8000.0)
 _SHARES = "give one number of 0…1, one per octave (7), or a mapping from wall to such"
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rir import Poses
+from rir.arrays import FloatArray
 from rooms.effort import Target, parse_accuracy, spread_errors
 from rooms.plan import Plan, plan_effects
 from rooms.request import check_effort, check_kind, make_budget, make_seed
@@ -15,8 +15,6 @@ from rooms.scene import Scene
 from rooms.sound import Budget, Sound
 
 __all__ = ["Simulation", "simulate"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,11 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rir import GainPattern, Pose, Poses
+from rir.arrays import FloatArray
 from rooms.scene import Scene
 
 __all__ = ["Arrivals", "Budget", "Lattice", "Sound", "Waves"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ from fnmatch import fnmatchcase
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rir.arrays import FloatArray
 from rir.config import validate
 from rir.errors import SceneError
 from rir.materials import load_materials
@@ -15,7 +15,6 @@ from rir.room import Surface
 
 __all__ = ["Shares", "resolve_surfaces"]
 
-FloatArray = NDArray[np.float64]
 Shares = tuple[FloatArray, FloatArray, FloatArray]
 _ANY = ("all", "default")
 

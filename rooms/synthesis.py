@@ -4,17 +4,15 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rir import GainPattern
+from rir.arrays import FloatArray, IntArray
 from rir.bands import join_bands
 from rir.pose import rotate
 from rooms.sound import Arrivals, Lattice, Sound, Waves
 
 __all__ = ["render"]
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 _FULL = 8
 """Lanes of a banded grid; see `rooms.kernels.deposit.LANES`."""
 

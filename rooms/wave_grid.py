@@ -4,15 +4,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from rir.arrays import FloatArray, IntArray
 from rir.errors import SceneError
 from rooms.scene import Scene
 
 __all__ = ["WaveGrid"]
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 _MOST_CELLS = 4_000_000
 
 

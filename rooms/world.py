@@ -4,9 +4,9 @@ from dataclasses import replace
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rir import GainPattern, Pose, Poses, RoomSpec
+from rir.arrays import FloatArray
 from rir.errors import DatasetError, SceneError
 from rooms.plan import plan_effects
 from rooms.request import make_budget
@@ -15,8 +15,6 @@ from rooms.simulation import run_plan
 from rooms.sound import Sound
 
 __all__ = ["AnyWorld", "MeasuredWorld", "World"]
-
-FloatArray = NDArray[np.float64]
 
 
 _EFFECTS = ("patterns", "scattering", "air", "direct", "specular", "late")

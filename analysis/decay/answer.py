@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["FACTS", "VALUES", "Answers"]
+from rir.arrays import FloatArray
 
-FloatArray = NDArray[np.float64]
+__all__ = ["FACTS", "VALUES", "Answers"]
 
 VALUES = ("EDT", "T20", "T30", "C50", "C80", "DRR", "D50", "TS")
 """Places of the values in a row."""

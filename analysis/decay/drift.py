@@ -2,14 +2,12 @@
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from analysis.decay.model import FAST
 from analysis.decay.scan import sum_of
+from rir.arrays import FloatArray
 
 __all__ = ["drift_of", "may_drift"]
-
-FloatArray = NDArray[np.float64]
 
 PARTS = 64
 """Blocks that the drift is fitted to."""

@@ -4,7 +4,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.decay import words
 from analysis.decay.answer import (
@@ -23,10 +22,9 @@ from analysis.decay.curve import close_curve, energy_after, fit_lines, step_at
 from analysis.decay.model import NOTHING, tail_after
 from analysis.decay.noise import NoiseFit
 from analysis.decay.trust import Swings, is_doubtful, level_error
+from rir.arrays import FloatArray
 
 __all__ = ["DecayCurve", "read_ratio", "read_times"]
-
-FloatArray = NDArray[np.float64]
 
 FITS = ((0.0, 10.0), (5.0, 25.0), (5.0, 35.0))
 """Ranges of the lines of EDT, T20 and T30 [dB] (ISO 3382-1, 3.2 and A.2.2)."""

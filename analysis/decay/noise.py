@@ -8,10 +8,9 @@ from numpy.typing import NDArray
 
 from analysis.decay import blocks
 from analysis.decay.model import NOTHING, PARAMETERS, crossing, improve, level_at
+from rir.arrays import FloatArray
 
 __all__ = ["NoiseFit", "fit_decay"]
-
-FloatArray = NDArray[np.float64]
 
 BLOCKS = 96
 """Blocks of the window that holds the decay and as much noise again."""

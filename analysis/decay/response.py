@@ -1,7 +1,6 @@
 """One response, from samples to parameters."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.decay import words
 from analysis.decay.answer import C50, C80, D50, DRR, EDT, ONSET, TS, Answer, Answers
@@ -11,10 +10,9 @@ from analysis.decay.lines import LEAST_RANGE, DecayCurve, read_ratio, read_times
 from analysis.decay.model import level_at
 from analysis.decay.noise import LEAST_BLOCKS, NoiseFit, fit_decay
 from analysis.decay.scan import find_first, inspect, largest, locate, skip_click, square
+from rir.arrays import FloatArray
 
 __all__ = ["analyse_responses", "prepare", "sample_at"]
-
-FloatArray = NDArray[np.float64]
 
 FEW_PULSES = 16
 """Fewer samples than this are pulses, not a decay."""

@@ -4,15 +4,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.decay.model import NOTHING, level_at
 from analysis.decay.noise import NoiseFit
 from analysis.decay.steadiness import SCALES, doubt_over, fill_swings
+from rir.arrays import FloatArray
 
 __all__ = ["Swings", "is_doubtful", "level_error"]
-
-FloatArray = NDArray[np.float64]
 
 SURE_FALL = 20.0
 """A late decay that falls so many times is one, whatever the noise does."""

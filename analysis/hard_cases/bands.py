@@ -5,16 +5,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.hard_cases.decays import Decay
 from analysis.hard_cases.score import Score, judge_value
 from analysis.scatter import TIME_SCATTER
+from rir.arrays import FloatArray
 from rir.bands import Band, bands_of
 
 __all__ = ["OCTAVES", "THIRDS", "BandCase", "score_bands"]
-
-FloatArray = NDArray[np.float64]
 
 OCTAVES = (63.0, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0)
 """Octaves of ISO 3382-1 and one more at either end [Hz]."""

@@ -3,14 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.hard_cases.case import HardCase
 from analysis.hard_cases.truth import measured_truth, range_above_noise
+from rir.arrays import FloatArray
 
 __all__ = ["Decay", "pink_noise", "with_noise"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

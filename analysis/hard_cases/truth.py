@@ -3,13 +3,11 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rir.arrays import FloatArray
 from rir.decay import FIT_RANGES_DB, fit_line, remaining_energy
 
 __all__ = ["exponential_truth", "measured_truth", "range_above_noise"]
-
-FloatArray = NDArray[np.float64]
 
 
 SPLITS = {"C50": 0.05, "C80": 0.08}

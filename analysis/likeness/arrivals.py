@@ -3,11 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from rir.arrays import FloatArray
 
 __all__ = ["Arrival", "split_arrivals"]
-
-FloatArray = NDArray[np.float64]
 
 PROMINENCE = 20.0
 """Power over that around it; noise of one power never reaches this."""

@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from rir.arrays import ComplexArray, FloatArray
 
 __all__ = [
     "Bands",
@@ -13,9 +14,6 @@ __all__ = [
     "smoothed",
     "third_octaves",
 ]
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 LOWEST = 125.0
 """Centre of the lowest band [Hz]; it takes in all below."""

@@ -8,17 +8,14 @@ replaced by noise of the same energy in time and frequency.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.likeness.arrivals import Arrival, split_arrivals
 from analysis.likeness.bandwise import Bands, noise_density, padded_size, smoothed
 from analysis.likeness.quiet import quiet_part
+from rir.arrays import ComplexArray, FloatArray
 from rir.onset import find_onset
 
 __all__ = ["coherence", "displaced"]
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 SPEED = 343.0
 """Of sound, near 20 °C [m/s]: 1 % of it counts no more than 1 % of repeatability."""

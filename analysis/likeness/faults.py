@@ -4,13 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.likeness.fit import SwapFit
+from rir.arrays import FloatArray
 
 __all__ = ["FaultLimits", "PairFault", "Typical", "name_faults", "position_error"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 
 from analysis.likeness.octaves import OctaveEnvelope, octave_envelopes, usable_octaves
 from analysis.likeness.quiet import lead_band_powers
+from rir.arrays import FloatArray
 from rir.onset import find_onset
 
 __all__ = ["OCTAVES", "SwapFit", "fit_swap", "resampled_at", "warped"]
-
-FloatArray = NDArray[np.float64]
 
 OCTAVES = (125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0)
 """Octaves of ISO 3382-1 and 8 kHz [Hz]; those the rate has no room for are left out."""

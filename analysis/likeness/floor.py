@@ -4,17 +4,15 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.likeness.bandwise import noise_density
 from analysis.likeness.displacement import displaced
 from analysis.likeness.fit import STRETCH_PER_KELVIN, resampled_at
 from analysis.likeness.retake import retaken, steady_part
 from analysis.metrics import METRICS
+from rir.arrays import FloatArray
 
 __all__ = ["predicted_floor", "worsened"]
-
-FloatArray = NDArray[np.float64]
 
 EMPTY = 1e-3
 """Power of a band over the largest, under which it counts as an empty end."""

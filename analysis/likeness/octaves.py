@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["OctaveEnvelope", "octave_envelopes", "skirts", "usable_octaves"]
+from rir.arrays import ComplexArray, FloatArray
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
+__all__ = ["OctaveEnvelope", "octave_envelopes", "skirts", "usable_octaves"]
 
 
 @dataclass(frozen=True)

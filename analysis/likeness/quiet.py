@@ -3,14 +3,12 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.likeness.octaves import skirts
+from rir.arrays import FloatArray
 from rir.onset import find_onset
 
 __all__ = ["lead_band_powers", "quiet_part"]
-
-FloatArray = NDArray[np.float64]
 
 GUARD_SECONDS = 0.001
 """A band-limited direct sound rings this long before it arrives."""

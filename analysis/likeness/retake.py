@@ -7,14 +7,12 @@ what it has in common with x is S, as it must be. So noise is replaced, not adde
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.likeness.bandwise import Bands, ThirdOctave, noise_density, padded_size
 from analysis.likeness.quiet import quiet_part
+from rir.arrays import FloatArray
 
 __all__ = ["retaken", "steady_part"]
-
-FloatArray = NDArray[np.float64]
 
 SMOOTH_SECONDS = 0.015
 """Powers are smoothed over this [s]: little beside a decay, much beside noise."""

@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 from analysis.likeness.faults import FaultLimits, PairFault, Typical, name_faults
 from analysis.likeness.fit import SwapFit, fit_swap
 from analysis.likeness.quiet import quiet_part
+from rir.arrays import FloatArray
 
 __all__ = ["RoomLikeness", "fit_room", "noise_levels", "noise_power"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -7,14 +7,12 @@ is a room simulator, only a response whose every arrival moves as it must.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rir.arrays import FloatArray
 from rir.dataset import Dataset
 from rir.physics import speed_of_sound
 
 __all__ = ["FAULT_KINDS", "TrialBox", "trial_session"]
-
-FloatArray = NDArray[np.float64]
 
 TYPICAL_PEAK = 0.4
 """Direct sound at 2.5 m: the room is as noisy for every pair."""

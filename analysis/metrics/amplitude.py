@@ -1,14 +1,13 @@
 """Amp: mean relative error of the smoothed magnitude spectrum."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.metrics.metric import Features, Flavour, Metric
 from analysis.metrics.table import METRICS
+from rir.arrays import FloatArray
 
 __all__ = ["AMPLITUDE"]
 
-FloatArray = NDArray[np.float64]
 SMOOTHING_BINS = 32
 """As in the evaluation of AVR, which the paper's tables rest on."""
 

@@ -1,14 +1,12 @@
 """C50: absolute error of clarity."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.metrics.metric import Features, Flavour, Metric
 from analysis.metrics.table import METRICS
+from rir.arrays import FloatArray
 
 __all__ = ["CLARITY"]
-
-FloatArray = NDArray[np.float64]
 
 
 def clarity_from_start(samples: FloatArray, split: int) -> FloatArray:

@@ -1,16 +1,14 @@
 """EDT: absolute error of the early decay time."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.metrics.clarity import absolute_error
 from analysis.metrics.energy_curve import paper_energy_curve, plain_curves
 from analysis.metrics.metric import Features, Flavour, Metric
 from analysis.metrics.table import METRICS
+from rir.arrays import FloatArray
 
 __all__ = ["EARLY_DECAY"]
-
-FloatArray = NDArray[np.float64]
 
 
 def paper_early_decay_time(samples: FloatArray, sample_rate: int) -> Features:

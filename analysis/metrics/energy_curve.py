@@ -1,13 +1,11 @@
 """The energy decay curve of the paper's code family, absolute floor and all."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rir.arrays import FloatArray
 from rir.decay import remaining_energy
 
 __all__ = ["PAPER_FLOOR", "paper_energy_curve", "plain_curves"]
-
-FloatArray = NDArray[np.float64]
 
 PAPER_FLOOR = 1e-9
 """Added to every squared sample: an absolute floor at -90 dB re 1 per sample."""

@@ -1,14 +1,12 @@
 """Env: mean error of the Hilbert envelope over the envelope's maximum."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.metrics.metric import Features, Flavour, Metric
 from analysis.metrics.table import METRICS
+from rir.arrays import FloatArray
 
 __all__ = ["ENVELOPE"]
-
-FloatArray = NDArray[np.float64]
 
 
 def hilbert_envelope(samples: FloatArray, _rate: int) -> Features:

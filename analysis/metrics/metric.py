@@ -3,14 +3,11 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from rir.arrays import FloatArray
 from rir.errors import SignalError
 
 __all__ = ["Features", "Flavour", "Metric"]
 
-FloatArray = NDArray[np.float64]
 Features = tuple[FloatArray, ...]
 """What a flavour keeps of responses of shape (..., n): arrays starting with (...)."""
 

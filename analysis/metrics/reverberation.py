@@ -1,15 +1,13 @@
 """T60: relative error of the reverberation time."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.metrics.energy_curve import paper_energy_curve, plain_curves
 from analysis.metrics.metric import Features, Flavour, Metric
 from analysis.metrics.table import METRICS
+from rir.arrays import FloatArray
 
 __all__ = ["REVERBERATION"]
-
-FloatArray = NDArray[np.float64]
 
 
 def _line_time(curve: FloatArray, sample_rate: int) -> float:

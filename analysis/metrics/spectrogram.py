@@ -1,14 +1,12 @@
 """STFT: multi-resolution error of short-time magnitude spectra."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.metrics.metric import Features, Flavour, Metric
 from analysis.metrics.table import METRICS
+from rir.arrays import FloatArray
 
 __all__ = ["SPECTROGRAM", "magnitudes"]
-
-FloatArray = NDArray[np.float64]
 
 RESOLUTIONS = ((512, 300, 60), (256, 150, 30), (128, 75, 8))
 """Transform length, window and hop [samples] of the paper's three resolutions."""

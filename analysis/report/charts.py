@@ -5,7 +5,8 @@ from collections.abc import Callable, Sequence
 from html import escape
 
 import numpy as np
-from numpy.typing import NDArray
+
+from rir.arrays import FloatArray
 
 __all__ = [
     "FORWARD",
@@ -16,8 +17,6 @@ __all__ = [
     "svg_text",
     "waveform_chart",
 ]
-
-FloatArray = NDArray[np.float64]
 
 FORWARD = "#1f6fb2"
 REVERSE = "#d9690f"

@@ -9,17 +9,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.report.chapters import mark_banner
 from analysis.report.tables import number
 from analysis.report.write import REPORT
 from analysis.statistics import interval_of_pseudo_values
+from rir.arrays import FloatArray
 from rir.errors import DatasetError
 
 __all__ = ["compare_reports", "load_report", "write_comparison"]
-
-FloatArray = NDArray[np.float64]
 
 
 def load_report(path: str | Path) -> dict[str, Any]:

@@ -6,11 +6,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rir.arrays import FloatArray
 from rir.decay import remaining_energy
 
 __all__ = ["decay_bytes", "packed_pair", "packed_response", "spectrogram_bytes"]
-
-FloatArray = NDArray[np.float64]
 
 WAVE_SECONDS = 0.1
 """Direct sound and early reflections fill the drawing."""

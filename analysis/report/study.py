@@ -4,16 +4,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.likeness import RoomLikeness, fit_room
 from analysis.likeness.floor import predicted_floor
 from analysis.reciprocity import RoomDistances, measure_pairs
+from rir.arrays import FloatArray
 from rir.dataset import Dataset
 
 __all__ = ["RoomStudy", "StudyOptions", "study_rooms"]
-
-FloatArray = NDArray[np.float64]
 
 ASSUMED_MM = 0.5
 """Repeatability of places where a measured session does not state it."""

@@ -5,16 +5,14 @@ from dataclasses import asdict
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.metrics import METRICS
 from analysis.report.quality import session_quality
 from analysis.report.study import RoomStudy, pair_names
 from analysis.statistics import Estimate, estimate_mean, ratio_of_means, superiority
+from rir.arrays import FloatArray
 
 __all__ = ["room_summary", "without_nan"]
-
-FloatArray = NDArray[np.float64]
 
 TABLE_SYMBOLS = ("Amp", "Env", "T60", "C50", "EDT")
 """The metrics of the paper's verification table; the verdict rests on them."""

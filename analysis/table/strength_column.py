@@ -5,15 +5,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.sound_strength import reference_energy, strength
 from analysis.table.files import FileResponses, read_responses
+from rir.arrays import FloatArray
 from rir.errors import SignalError
 
 __all__ = ["UNKNOWN", "FreeField", "add_strength", "read_reference"]
-
-FloatArray = NDArray[np.float64]
 
 UNKNOWN = (
     "how loud the source is in the free field is unknown: give --reference and "

@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from capture.checks import CHECKS
 from capture.checks.evidence import Evidence
@@ -12,11 +11,11 @@ from capture.checks.run import gather_evidence
 from capture.signal.excitation import Excitation
 from capture.signal.reference import refer
 from capture.signal.sweep import synchronized_sweep
+from rir.arrays import FloatArray
 from rir.conformance import promise
 
 __all__ = ["check_check", "example_takes"]
 
-Array = NDArray[np.float64]
 RATE = 16000
 """Of the example takes, Hz."""
 LATENCY = 200
@@ -79,7 +78,7 @@ def example_takes() -> Iterator[tuple[str, Evidence]]:
         yield what, gather_evidence(take, reference, golden, None, Limits())
 
 
-def _heard(cable: Array, rng: np.random.Generator, delay: int) -> Array:
+def _heard(cable: FloatArray, rng: np.random.Generator, delay: int) -> FloatArray:
     """Return what a microphone hears in a dry room, with noise 80 dB below."""
     count = 1600
     decay = 10 ** (-3 * np.arange(count) / count)

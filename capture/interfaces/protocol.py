@@ -3,12 +3,9 @@
 from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
-import numpy as np
-from numpy.typing import NDArray
+from rir.arrays import FloatArray
 
 __all__ = ["AudioInterface", "Recording"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,16 +5,15 @@ from importlib import import_module
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from capture.signal.stretch import apply_stretch, estimate_stretch, low_passed
+from rir.arrays import FloatArray
 from rir.bands import octave_centers, octave_energies
 from rir.onset import find_onset
 from rir.physics import speed_of_sound
 
 __all__ = ["OneWay", "judge_pair", "octave_distances", "predicted_floor"]
 
-FloatArray = NDArray[np.float64]
 STRETCH_PER_KELVIN = 0.5 / 293.15
 """Relative change of the speed of sound per kelvin: half of that of temperature."""
 SAME_PLACE_MS = 0.1

@@ -5,7 +5,6 @@ from importlib import import_module
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from capture.config import SessionConfig
 from capture.interfaces import AudioInterface
@@ -13,11 +12,11 @@ from capture.session.pairing import bands
 from capture.signal.calibration import pascal_per_unit
 from capture.signal.sweep import synchronized_sweep
 from rir import InterfaceError
+from rir.arrays import FloatArray
 from rir.bands import octave_energies
 
 __all__ = ["Preflight", "find_loopback", "octave_levels"]
 
-FloatArray = NDArray[np.float64]
 START_DBFS = -40.0
 STEP_DB = 3.0
 TARGET_DBFS = -9.0

@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rir.arrays import FloatArray
 from rir.errors import SignalError
 
 __all__ = ["Arrangement", "arrange", "as_float"]
 
-Array = NDArray[np.float64]
 FEWEST = 64
 
 
@@ -31,12 +31,12 @@ class Arrangement:
     """
 
     takes: NDArray[Any]
-    loopbacks: list[Array | None]
+    loopbacks: list[FloatArray | None]
     shape: tuple[int, ...]
     several: bool
 
 
-def as_float(samples: NDArray[Any]) -> Array:
+def as_float(samples: NDArray[Any]) -> FloatArray:
     """Return samples as float64 with full scale 1, whatever their type.
 
     Examples
@@ -87,7 +87,9 @@ def arrange(recording: NDArray[Any], loopback: NDArray[Any] | None) -> Arrangeme
     return Arrangement(takes, _loopbacks(loopback, len(takes), n), shape, several)
 
 
-def _loopbacks(loopback: NDArray[Any] | None, count: int, n: int) -> list[Array | None]:
+def _loopbacks(
+    loopback: NDArray[Any] | None, count: int, n: int
+) -> list[FloatArray | None]:
     if loopback is None:
         return [None] * count
     rows = as_float(loopback)

@@ -5,13 +5,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rir import ConfigError, SignalError
+from rir.arrays import FloatArray
 
 __all__ = ["pascal_per_unit", "read_microphone_file", "tone_level"]
 
-FloatArray = NDArray[np.float64]
 REFERENCE_PA = 20e-6
 TONE_TOLERANCE_HZ = 30.0
 TONE_SHARE = 0.9

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Crests", "measure_crests"]
+from rir.arrays import FloatArray
 
-Array = NDArray[np.float64]
+__all__ = ["Crests", "measure_crests"]
 
 BLOCK_S = 0.01
 QUIETEST, LOUDEST = 0.3, 0.8
@@ -31,8 +31,8 @@ class Crests:
         Sample at which it passes by most.
     """
 
-    excess: Array
-    sigma: Array
+    excess: FloatArray
+    sigma: FloatArray
     at: NDArray[np.intp]
 
     @staticmethod
@@ -46,7 +46,7 @@ class Crests:
 
 
 def measure_crests(
-    recordings: Array, unexplained: NDArray[np.float32], sample_rate: float
+    recordings: FloatArray, unexplained: NDArray[np.float32], sample_rate: float
 ) -> Crests:
     """Compare the extremes of recordings with what the response predicts there.
 
@@ -73,7 +73,7 @@ def measure_crests(
 
 
 def _overshoot(
-    row: Array, rest: NDArray[np.float32], size: int
+    row: FloatArray, rest: NDArray[np.float32], size: int
 ) -> tuple[float, float, int]:
     top = float(max(row.max(), -row.min()))
     if row.size < size * FEWEST or not top > 0:
@@ -95,7 +95,7 @@ def _overshoot(
 
 
 def _prediction_error(
-    predicted: Array, rest: NDArray[np.float32], size: int, top: float
+    predicted: FloatArray, rest: NDArray[np.float32], size: int, top: float
 ) -> float:
     """Return the error at full level: noise, and what grows with the level."""
     count = rest.size // size

@@ -5,16 +5,13 @@ from importlib import import_module
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from capture.signal.resample import evaluate_stretched
 from capture.signal.target import band_target, occupied_band, usable_band
+from rir.arrays import ComplexArray, FloatArray
 from rir.errors import SignalError
 
 __all__ = ["Excitation"]
-
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 FLOOR = 1e-6
 GUARD_LOW = 1e-5
@@ -46,7 +43,7 @@ class Excitation:
 
     def __init__(
         self,
-        samples: Array,
+        samples: FloatArray,
         sample_rate: float,
         n_recorded: int,
         *,
@@ -71,16 +68,16 @@ class Excitation:
         self.occupied = occupied_band(np.abs(self.spectrum) ** 2, self.sample_rate)
         self.band = usable_band(band, self.occupied, self.sample_rate)
 
-    def transform(self, signals: Array) -> ComplexArray:
+    def transform(self, signals: FloatArray) -> ComplexArray:
         """Return the spectrum of signals on the grid."""
         return self._fft.rfft(signals, self.n, workers=2)
 
-    def inverse(self, spectra: ComplexArray) -> Array:
+    def inverse(self, spectra: ComplexArray) -> FloatArray:
         """Return the signals of spectra on the grid; negative lags are at the end."""
         return self._fft.irfft(spectra, self.n, workers=2)
 
     @cached_property
-    def frequencies(self) -> Array:
+    def frequencies(self) -> FloatArray:
         """Frequencies of the grid, Hz."""
         return np.arange(self.n // 2 + 1) * (self.sample_rate / self.n)
 
@@ -101,7 +98,7 @@ class Excitation:
         )
 
     @cached_property
-    def _timing(self) -> tuple[Array, Array]:
+    def _timing(self) -> tuple[FloatArray, FloatArray]:
         """Frequencies and the times at which they are played, s."""
         times = np.arange(self.n_played) / self.sample_rate
         slope = self._fft.rfft(times * self.samples, self.n)
@@ -123,7 +120,7 @@ class Excitation:
         slope, start = np.polyfit(np.log(centers), means, 1)
         return float(slope), float(start)
 
-    def time_played(self, frequencies: Array) -> Array:
+    def time_played(self, frequencies: FloatArray) -> FloatArray:
         """Return when frequencies are played: the excitation's group delay, s."""
         centers, means = self._timing
         logs = np.log(centers)

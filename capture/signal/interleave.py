@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from rir.arrays import FloatArray
 
 __all__ = ["Interleaving"]
 
-FloatArray = NDArray[np.float64]
 GUARD_S = 0.02
 
 

@@ -1,14 +1,13 @@
 """Small least squares without BLAS: its threads may cost a second on a busy machine."""
 
 import numpy as np
-from numpy.typing import NDArray
+
+from rir.arrays import FloatArray
 
 __all__ = ["least_squares"]
 
-Array = NDArray[np.float64]
 
-
-def least_squares(matrix: Array, right: Array, smallest: float) -> Array:
+def least_squares(matrix: FloatArray, right: FloatArray, smallest: float) -> FloatArray:
     """Solve an overdetermined system by Householder reflections.
 
     Parameters

@@ -4,13 +4,12 @@ from importlib import import_module
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from capture.signal.resample import evaluate_stretched
+from rir.arrays import FloatArray
 
 __all__ = ["apply_stretch", "estimate_stretch", "low_passed"]
 
-FloatArray = NDArray[np.float64]
 STAGES_HZ = (500.0, 1000.0, 2000.0, 4000.0, 8000.0)
 ROUNDS = 3
 SETTLED = 1e-8

@@ -3,15 +3,12 @@
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from capture.signal.least_squares import least_squares
+from rir.arrays import ComplexArray, FloatArray
 from rir.errors import SignalError
 
 __all__ = ["band_target", "occupied_band", "usable_band"]
-
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 EDGE_LEVEL = 0.1
 TREND_SPAN = 2 ** (1 / 6)
@@ -58,7 +55,7 @@ def usable_band(
 
 
 def occupied_band(
-    power: Array, sample_rate: float, level: float = EDGE_LEVEL
+    power: FloatArray, sample_rate: float, level: float = EDGE_LEVEL
 ) -> tuple[float, float]:
     """Find where an excitation has energy worth dividing by.
 
@@ -93,7 +90,7 @@ def occupied_band(
 
 
 def band_target(
-    frequencies: Array,
+    frequencies: FloatArray,
     band: tuple[float, float],
     occupied: tuple[float, float],
     pre: float,
@@ -142,7 +139,7 @@ def band_target(
 
 
 def _low_part(
-    frequencies: Array, low: float, floor: float, pre: float, ring: float
+    frequencies: FloatArray, low: float, floor: float, pre: float, ring: float
 ) -> ComplexArray:
     """Return a low-pass whose impulse response lasts from ``-pre`` to `ring`."""
     times, weights = _low_pass(low, floor, round(pre * low, 2) / low, ring)
@@ -168,7 +165,9 @@ def _low_part(
 
 
 @lru_cache(maxsize=64)
-def _low_pass(low: float, floor: float, pre: float, ring: float) -> tuple[Array, Array]:
+def _low_pass(
+    low: float, floor: float, pre: float, ring: float
+) -> tuple[FloatArray, FloatArray]:
     """Design spline weights: 1 below `floor`, 0 above `low`, nothing before -pre."""
     rate = OVERSAMPLING * low
     span = pre + ring

@@ -3,16 +3,14 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from inverse.bands.banded_room import BandedRoom
 from inverse.paths.shoebox import FittedRoom
 from inverse.rows.tiles import Tiles
 from rir import Poses
+from rir.arrays import FloatArray
 
 __all__ = ["FittedBandedRoom", "bands_of"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

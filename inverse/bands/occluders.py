@@ -9,11 +9,10 @@ from numpy.typing import NDArray
 
 from inverse.bands.half_octaves import LoopInput
 from inverse.paths.oriented_box import OrientedBox
+from rir.arrays import ComplexArray, FloatArray
 
 __all__ = ["Occluders", "voxels_of"]
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 VOXEL_M, MOST_VOXELS, SHADED_ORDER = 0.25, 20000, 3
 LEAST_VOXELS = 4
 SOLID = 0.35

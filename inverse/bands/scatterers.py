@@ -8,11 +8,9 @@ from numpy.typing import NDArray
 
 from inverse.bands.half_octaves import LoopInput
 from inverse.paths.oriented_box import OrientedBox
+from rir.arrays import ComplexArray, FloatArray
 
 __all__ = ["Scatterers"]
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,17 +3,15 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from inverse.paths.bank import PulseBank
 from inverse.paths.path_list import PathList, list_paths
 from inverse.paths.polyhedron import Polyhedron
 from inverse.paths.room import turns_of
 from rir import Poses
+from rir.arrays import FloatArray
 
 __all__ = ["MeshRoom"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,9 +5,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from rir.arrays import FloatArray
+
 __all__ = ["FAR_M", "OrientedBox"]
 
-FloatArray = NDArray[np.float64]
 FAR_M = 500.0
 """Stands for a wall that was not heard: beyond any path that is listed."""
 

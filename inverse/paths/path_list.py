@@ -7,11 +7,10 @@ from numpy.typing import NDArray
 
 from inverse.paths.polyhedron import Polyhedron
 from inverse.rows.fitset import place_numbers
+from rir.arrays import FloatArray, IntArray
 
 __all__ = ["PathList", "list_paths"]
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 MOST_NODES = 400_000
 """Nodes of the tree for one emitter; a deeper tree than that takes seconds."""
 

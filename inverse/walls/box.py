@@ -1,7 +1,6 @@
 """How boxes are put together from planes that were found."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from inverse.paths.oriented_box import FAR_M, OrientedBox
 from inverse.walls.scan import (
@@ -11,10 +10,10 @@ from inverse.walls.scan import (
     ScanSignals,
     judge_planes,
 )
+from rir.arrays import FloatArray
 
 __all__ = ["assemble_boxes", "walled"]
 
-FloatArray = NDArray[np.float64]
 SQUARE_DEG = 3.0  # found planes are off by as much as the normals of the scan are apart
 SQUARE = np.sin(np.radians(SQUARE_DEG))
 ALONG_STEP_M = 0.01  # an echo moves by 2 cm, a fifth of a wave of the widest band

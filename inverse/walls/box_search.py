@@ -8,7 +8,6 @@ boxes are therefore told apart by all their images, with the loudspeaker's patte
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from inverse.paths.oriented_box import FAR_M, OrientedBox
 from inverse.paths.room import BoxRoom
@@ -17,10 +16,10 @@ from inverse.rows.fitset import FitSet
 from inverse.walls.box import SAME_WALL_M, walled
 from inverse.walls.low_sound import LowSound, Trial
 from inverse.walls.scan import ScanSignals
+from rir.arrays import FloatArray
 
 __all__ = ["SearchedBox", "search_box"]
 
-FloatArray = NDArray[np.float64]
 TURNS, MOVING_TURNS = 2, 6  # of a fit of factors, and of walls and factors
 SWEPT_ROWS, SWEPT_ORDER = 24, 8  # a sweep ranks places only; few rows and images do
 STEP_M, REACH_M, NEAREST_M = 0.05, 7.0, 0.03

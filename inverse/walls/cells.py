@@ -6,11 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inverse.paths.polyhedron import Polyhedron
+from rir.arrays import BoolArray, FloatArray
 
 __all__ = ["Cell", "cut_cells", "enclosed", "label_cells", "shape_of"]
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 SLIVER = 1e-6  # square metres: a cut this small is rounding, not a border
 UNIT = 1000.0  # flows are whole numbers: prices count in thousandths of a square metre
 SURE = 1e7  # price of what must not happen: more than all walls of a house

@@ -8,7 +8,6 @@ half spaces overlap; a plane that bounds no part of it is a phantom.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from inverse.paths.polyhedral import FittedMesh, fit_polyhedron
 from inverse.paths.polyhedron import Polyhedron
@@ -20,10 +19,10 @@ from inverse.walls.box import SQUARE_DEG
 from inverse.walls.inner_walls import JUDGED_ROWS
 from inverse.walls.scan import SURE_Z, FoundPlane
 from rir import GainPattern
+from rir.arrays import FloatArray
 
 __all__ = ["ConvexTrial", "convex_room", "try_convex"]
 
-FloatArray = NDArray[np.float64]
 SUPPORT = 0.6  # part of the emitters that must speak for a wall, as in decision 0055
 FAINT = 0.45  # of a wall within `ALIKE` of it: fainter ones are that wall tilted
 ALIKE = np.cos(np.radians(20.0))  # wider hides gables, narrower lets tilts pass

@@ -3,16 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from inverse.paths.oriented_box import OrientedBox
 from inverse.walls.opening import Opening, find_opening, find_thickness
 from inverse.walls.slabs import find_slab, half_slab, with_face
+from rir.arrays import BoolArray, FloatArray
 
 __all__ = ["PairsAcross", "find_doorway"]
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,7 +4,6 @@ from dataclasses import dataclass, field
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from inverse.paths.oriented_box import OrientedBox
 from inverse.paths.polyhedral import FittedMesh, fit_polyhedron
@@ -22,10 +21,10 @@ from inverse.walls.opening import Opening
 from inverse.walls.room_boxes import LEAST_ROWS, find_boxes
 from inverse.walls.slabs import joined_shape
 from rir import GainPattern
+from rir.arrays import FloatArray
 
 __all__ = ["JoinedRooms", "find_joined", "join_rooms"]
 
-FloatArray = NDArray[np.float64]
 WORTH_JOINING = 0.05  # what one room leaves; a door hides more than that
 LEAST_CLEARNESS = 4.0  # of direct sounds; fainter ones do not tell who sees whom
 EDGES = ("one side", "the other side", "lower edge", "upper edge")

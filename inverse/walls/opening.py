@@ -7,12 +7,11 @@ ends see each other, else bent round its edges.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+
+from rir.arrays import BoolArray, FloatArray
 
 __all__ = ["Opening", "Slab", "find_opening", "find_thickness"]
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 WIDTH_M = 0.015  # three times the error of first arrivals (decision 0065)
 COARSE_M, STEPS_M = 0.15, (0.05, 0.01, 0.003)  # metres, coarse to fine
 REACH = 8  # steps to both sides: past one step of the stage before

@@ -23,12 +23,10 @@ from inverse.walls.reentrant import (
 )
 from inverse.walls.scan import BANDS_HZ, FoundPlane, ScanSignals, scan_signals
 from inverse.walls.single_emitter_walls import find_single_emitter_walls, nearer_walls
+from rir.arrays import BoolArray, FloatArray
 
 __all__ = ["Clues", "Outline", "find_clues", "find_outline", "other_outlines"]
 
-IntArray = NDArray[np.int64]
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 MOST_ROWS = 600  # walls that few rows see need many; time grows with them
 SPACE_M = 30.0  # round all places: cells at its bounds lie outside any room
 RAY_STEP_M, LEAST_RAYS = 0.1, 3  # one ray may be a direct sound that was taken for seen

@@ -21,11 +21,10 @@ from inverse.walls.scan import (
     ScanSignals,
     judge_planes,
 )
+from rir.arrays import BoolArray, FloatArray
 
 __all__ = ["PlaneEvidence", "blanked", "find_outer", "find_reentrant"]
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 BLANK_S = (3.2e-4, 3.2e-4, 1.9e-4)
 """Blanked to each side of arrivals of order 0, 1 and 2: a period of 3.5 kHz; less for
 echoes of two walls, which are many and would take too much with them."""

@@ -3,17 +3,16 @@
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from inverse.paths.oriented_box import FAR_M, OrientedBox
 from inverse.rows.direct import DirectSound
 from inverse.rows.fitset import FitSet
 from inverse.walls.box import SAME_WALL_DEG, SAME_WALL_M, assemble_boxes, walled
 from inverse.walls.scan import ScanSignals, judge_planes, scan_planes, scan_signals
+from rir.arrays import FloatArray
 
 __all__ = ["find_boxes"]
 
-FloatArray = NDArray[np.float64]
 SCAN_ROWS = 120  # more rows sharpen a scan little and cost it in proportion
 LEAST_ROWS = 12  # pairs within one room; fewer find no six walls
 MOST_Z = 12.0  # a score beyond is no surer: loud walls must not outvote faint ones

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from inverse.paths.polyhedron import tangents
 from inverse.rows.direct import DirectSound, whitened
 from inverse.rows.fitset import FitSet
+from rir.arrays import FloatArray
 
 __all__ = ["FoundPlane", "ScanSignals", "judge_planes", "scan_planes", "scan_signals"]
 
-FloatArray = NDArray[np.float64]
 NORMALS = 4000  # 3.2 degrees apart, within reach of the first tilts of the refinement
 STEP_M = 0.1  # moves an echo by 0.2 m at most, under half a wave of the first band
 REACH_M = 9.0  # behind the nearest place: its echo nears the window's end

@@ -8,15 +8,14 @@ one; the fit of the whole room they make decides.
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from inverse.paths.oriented_box import FAR_M, OrientedBox
 from inverse.walls.reentrant import APART_M, MARGIN_M, SURE_POOLED, PlaneEvidence
 from inverse.walls.scan import FoundPlane
+from rir.arrays import FloatArray
 
 __all__ = ["find_single_emitter_walls", "nearer_walls"]
 
-FloatArray = NDArray[np.float64]
 STEP_M, FINE_STEP_M, FINE_STEPS = 0.02, 0.005, 4  # each fine step within a coarse one
 REACH_M = 6.0  # behind the nearest place: an arm of a room is no larger
 MOST, CLOSER = 3, 4  # the room's fit judges each: seconds; sharpening costs less

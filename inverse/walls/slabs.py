@@ -10,10 +10,10 @@ from inverse.paths.polyhedron import Polyhedron
 from inverse.walls.box import SAME_WALL_DEG, SQUARE_DEG
 from inverse.walls.cells import cut_cells, shape_of
 from inverse.walls.opening import Opening, Slab
+from rir.arrays import FloatArray
 
 __all__ = ["find_slab", "half_slab", "joined_shape", "with_face"]
 
-FloatArray = NDArray[np.float64]
 THICKEST_M, THINNEST_M = 1.0, 0.005  # an old house's wall; a board, and errors
 SHARED_M = 0.5  # rooms that share less of a wall have no door in it
 UPRIGHT = 0.9  # faces leaning by more than 6 degrees are no walls between rooms

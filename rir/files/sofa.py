@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rir import Dataset, DatasetError, Poses, ResoundingError
+from rir.arrays import FloatArray
 from rir.files.table import FORMATS, Format, is_simulated
 from rir.optional import require
 from rir.pose import from_spherical, rotate
@@ -15,7 +16,6 @@ from rir.records import software_version
 
 __all__ = ["open_sofa", "rate_of", "read_sofa", "write_sofa"]
 
-FloatArray = NDArray[np.float64]
 KELVIN = 273.15
 
 

@@ -6,15 +6,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rir.arrays import ComplexArray, FloatArray, IntArray
 from rooms.diffraction.edges import Edges
 from rooms.diffraction.utd import diffraction_coefficient
 from rooms.mesh import MeshGeometry
 
 __all__ = ["Bender"]
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-ComplexArray = NDArray[np.complex128]
 _STEPS = 60
 """Rounds in which both places on two edges settle; each halves what is left at least
 where edges are not nearly parallel, so that nothing is left in double precision."""

@@ -6,15 +6,12 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rir.arrays import FloatArray, IntArray
 from rooms.mesh import MeshGeometry
 from rooms.mesh.nearness import nearest_gap
 
 __all__ = ["Edges", "edges_of", "find_edges"]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)

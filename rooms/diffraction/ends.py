@@ -5,12 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rir.arrays import FloatArray, IntArray
 from rooms.mesh import MeshGeometry
 
 __all__ = ["Ends", "Legs", "mirrored_ends"]
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 _SLACK = 1e-9
 
 

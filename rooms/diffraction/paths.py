@@ -3,8 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from rir.arrays import ComplexArray, FloatArray, IntArray
 from rir.errors import SceneError
 from rooms.diffraction.bender import Bender
 from rooms.diffraction.edges import Edges, edges_of
@@ -12,10 +13,6 @@ from rooms.diffraction.single import bent_once
 from rooms.mesh import MeshGeometry
 
 __all__ = ["DiffractedPaths", "diffracted_paths"]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-ComplexArray = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)

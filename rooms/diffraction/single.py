@@ -3,15 +3,13 @@
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rir.arrays import FloatArray
 from rooms.diffraction.bender import Bender
 from rooms.diffraction.ends import Ends, Legs, mirrored_ends
 
 __all__ = ["bent_once"]
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 _BLOCK = 200_000
 """Pairs times edges looked at in one go."""
 

@@ -1,12 +1,12 @@
 """Uniform theory of diffraction at a wedge."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from rir.arrays import ComplexArray, FloatArray
 
 __all__ = ["diffraction_coefficient", "transition"]
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 _NEAR = 1e-6
 
 

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rir.arrays import FloatArray
 from rir.errors import SceneError
 from rir.physics import decibels
 from rooms.effects.effect import Effect, Need, Tolerance, judged
@@ -14,8 +14,6 @@ from rooms.scene import Scene
 from rooms.sound import Arrivals, Budget, Sound
 
 __all__ = ["DIFFRACTION", "Share", "bent_share"]
-
-FloatArray = NDArray[np.float64]
 
 
 _BENT_DB = -14.0

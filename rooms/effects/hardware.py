@@ -1,15 +1,13 @@
 """The measuring chain: loudspeaker, microphone, noise, clock drift."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rir.arrays import FloatArray
 from rooms.effects.effect import Effect, Need, Tolerance
 from rooms.scene import Scene
 from rooms.sound import Budget, Sound
 
 __all__ = ["HARDWARE"]
-
-FloatArray = NDArray[np.float64]
 
 
 def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Need:

@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rir import GainPattern
+from rir.arrays import FloatArray
 from rooms.effects.effect import Effect, Need, Tolerance, judged
 from rooms.scene import Scene
 from rooms.sound import Budget, Sound
 
 __all__ = ["MODES", "crossover_of"]
 
-FloatArray = NDArray[np.float64]
 _HIGHEST, _LOWEST = 350.0, 60.0
 _CELLS = 400_000
 

@@ -5,12 +5,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from rir.arrays import FloatArray, IntArray
 from rir.errors import SceneError
 
 __all__ = ["Cleaned", "clean"]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(eq=False)

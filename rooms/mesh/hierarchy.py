@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rir.arrays import FloatArray, IntArray
+
 __all__ = ["Hierarchy", "aligned", "build_hierarchy"]
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 _WIDTH, _PACK, _LINE = 16, 8, 64
 
 

@@ -1,13 +1,11 @@
 """Distances from points to the surfaces of a mesh."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rir.arrays import FloatArray
 from rooms.mesh.panels import Panels
 
 __all__ = ["distances", "lift_off", "nearest_gap"]
-
-FloatArray = NDArray[np.float64]
 
 
 def _nearest(corners: FloatArray, point: FloatArray) -> FloatArray:

@@ -3,12 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from rir.arrays import FloatArray, IntArray
 from rooms.mesh.cleaning import edge_table
 
 __all__ = ["pair_up"]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 def pair_up(

@@ -5,12 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rir.arrays import FloatArray, IntArray
 from rooms.mesh.cleaning import edge_table
 
 __all__ = ["Panels", "find_panels"]
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 _PARALLEL = 1e-5
 """Sine of the angle below which neighbouring triangles may share a plane."""
 

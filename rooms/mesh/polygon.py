@@ -3,11 +3,10 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rir.arrays import FloatArray
 from rir.errors import SceneError
 
 __all__ = ["cut_ears"]
-
-FloatArray = NDArray[np.float64]
 
 
 def cut_ears(polygon: ArrayLike) -> tuple[FloatArray, NDArray[np.int64]]:

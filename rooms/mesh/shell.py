@@ -1,14 +1,12 @@
 """The closed outer shell of a mesh that has open surfaces hanging in it."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rir.arrays import FloatArray, IntArray
 from rooms.mesh.cleaning import edge_table
 
 __all__ = ["closed_shell", "signed_volume"]
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 _WHOLE = 0.99
 
 

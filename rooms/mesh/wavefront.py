@@ -5,12 +5,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from rir.arrays import FloatArray
 from rir.errors import SceneError
 from rooms.mesh.polygon import cut_ears
 
 __all__ = ["read_wavefront"]
-
-FloatArray = NDArray[np.float64]
 
 
 def read_wavefront(

@@ -3,15 +3,14 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from rir.arrays import FloatArray
 from rir.errors import SceneError
 from rooms.mesh import MeshGeometry
 from rooms.rays.places import find_places
 
 __all__ = ["EnergyHistogram", "trace_energy"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,12 +17,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from rir.arrays import FloatArray
 from rooms.rays.rows import WIDTH, add, meet, pour
 from rooms.rays.transform import find_order, find_turns, transform
 
 __all__ = ["Exchange", "Layout"]
 
-FloatArray = NDArray[np.float64]
 _WRAP = 1e-6
 """What is left of the end of a transform where it meets the beginning."""
 

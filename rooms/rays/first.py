@@ -14,14 +14,12 @@ from typing import Any
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from rir.arrays import FloatArray, IntArray
 from rooms.mesh.hits import DEPTH, FEW, is_free
 
 __all__ = ["Hits", "find_blurred", "find_joined"]
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 _CLOSEST = 1e-4
 """Least of d² / c [m²]: places that touch a surface."""
 

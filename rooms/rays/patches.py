@@ -5,13 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rir.arrays import FloatArray, IntArray
 from rooms.mesh import MeshGeometry
 from rooms.mesh.hierarchy import aligned
 
 __all__ = ["Patches", "find_patches"]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 _LONGEST = 3.0

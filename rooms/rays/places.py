@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rir.arrays import FloatArray
 from rooms.mesh import MeshGeometry
 from rooms.mesh.nearness import distances
 
 __all__ = ["Places", "find_places"]
 
-FloatArray = NDArray[np.float64]
 _LARGEST, _SHARE, _SMALLEST = 2.0, 0.25, 0.3
 _PROBES = 512
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rir.arrays import FloatArray
 from rooms.mesh import MeshGeometry
 from rooms.rays.exchange import Exchange, Layout
 from rooms.rays.first import Hits, find_blurred, find_joined
@@ -14,7 +15,6 @@ from rooms.rays.tracing import trace
 
 __all__ = ["Tracer"]
 
-FloatArray = NDArray[np.float64]
 Spread = tuple[FloatArray, FloatArray, FloatArray]
 """Mean, its variance, and the variance of its sum over time."""
 

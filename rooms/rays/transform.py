@@ -9,11 +9,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from rir.arrays import FloatArray
 from rooms.rays.rows import WIDTH, halve, twist
 
 __all__ = ["find_order", "find_turns", "transform"]
-
-FloatArray = NDArray[np.float64]
 
 
 def find_turns(count: int) -> FloatArray:
