@@ -7,12 +7,9 @@ ratio are compared with those of the whole population.
 Bar: each interval holds the value of its population in 93 to 97 % of 1,000 sessions.
 """
 
-import argparse
-import json
 import time
 from collections.abc import Sequence
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +17,7 @@ from numpy.typing import NDArray
 from analysis.likeness.trials import TrialBox, trial_session
 from analysis.reciprocity import distance_matrix
 from analysis.statistics import estimate_mean, ratio_of_means
+from harness import make_parser, write_results
 
 FloatArray = NDArray[np.float64]
 SYMBOLS = ("C50", "EDT", "Env")
@@ -73,9 +71,7 @@ def coverage(matrix: FloatArray, sessions: int, size: int, rng: np.random.Genera
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true")
-    parser.add_argument("--out", type=Path, default=Path("results/coverage.json"))
+    parser = make_parser(__doc__, "coverage")
     options = parser.parse_args(argv)
     pool, sessions = (60, 10) if options.quick else (800, 1000)
     rng = np.random.default_rng(0)
@@ -96,8 +92,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         )
         print(f"{label:26} {shares[0]:8.3f} {shares[1]:10.3f} {shares[2]:8.3f}")
     print(f"{time.process_time() - begin:.0f} CPU-seconds")
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    options.out.write_text(json.dumps({"sessions": sessions, "share": results}))
+    write_results(options.out, {"sessions": sessions, "share": results})
     return 0
 
 

@@ -8,18 +8,16 @@ takes are exchanged, one with 25 dB more noise, four without fault (0.02 dB, 0.2
 Bar: 95 % of the faults named rightly, at most 1 % of the pairs without fault accused.
 """
 
-import argparse
-import json
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
 
 import numpy as np
 
 from analysis.likeness import fit_room
 from analysis.likeness.trials import TrialBox, trial_session
+from harness import make_parser, write_results
 from rir import Dataset, Pose, RoomSpec
 from rooms import World
 from rooms.presets import load_room
@@ -85,9 +83,7 @@ def named_faults(session: Dataset) -> Counter:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true")
-    parser.add_argument("--out", type=Path, default=Path("results/faults.json"))
+    parser = make_parser(__doc__, "faults")
     options = parser.parse_args(argv)
     counts: Counter = Counter()
     settings = [(16000, -60.0), (32000, -60.0), (48000, -60.0), (48000, -50.0)]
@@ -112,8 +108,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         results[kind or "healthy"] = {"pairs": total, "right": right, **others}
         label = kind or "no fault"
         print(f"{label:12} {right:4d} of {total:4d} = {right / total:6.1%}  {others}")
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    options.out.write_text(json.dumps(results, indent=1))
+    write_results(options.out, results)
     return 0
 
 

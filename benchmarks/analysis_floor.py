@@ -5,10 +5,7 @@ axis, noise 60 dB under the direct sound at 2.5 m: predicted mean distance over 
 measured, for each metric of the paper.
 """
 
-import argparse
-import json
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from time import process_time
 
 import numpy as np
@@ -16,6 +13,7 @@ import numpy as np
 from analysis.likeness.floor import predicted_floor
 from analysis.likeness.trials import TrialBox
 from analysis.metrics import METRICS
+from harness import make_parser, write_results
 from rir import Pose
 from rooms import World
 from rooms.presets import load_room
@@ -74,10 +72,8 @@ def measured(
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true")
+    parser = make_parser(__doc__, "floor")
     parser.add_argument("--pairs", type=int, default=40)
-    parser.add_argument("--out", type=Path, default=Path("results/floor.json"))
     options = parser.parse_args(argv)
     rates = (16000,) if options.quick else (16000, 48000)
     names = ("kitchen", "conference", "office", "box")[: 1 if options.quick else None]
@@ -107,8 +103,7 @@ def main(argv: Sequence[str] | None = None) -> int:
                     {"case": label, "measured": truth, "predicted": floor}
                     | {"ratio": ratio, "cpu_seconds": seconds}
                 )
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    options.out.write_text(json.dumps(lines, indent=1))
+    write_results(options.out, lines)
     return 0
 
 

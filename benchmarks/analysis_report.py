@@ -3,16 +3,14 @@
 Bar: three rooms of 20 pairs in 20 s and 5 MB; 500 pairs in 2 minutes and 20 MB.
 """
 
-import argparse
-import json
 import tempfile
 import time
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 
 from analysis.report import write_report
+from harness import make_parser, write_results
 from rir import Dataset
 
 RATE = 48000
@@ -59,9 +57,7 @@ def measure(rooms: int, n_pairs: int, seconds: float) -> dict[str, float]:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true")
-    parser.add_argument("--out", type=Path, default=Path("results/report.json"))
+    parser = make_parser(__doc__, "report")
     options = parser.parse_args(argv)
     cases = {"3 rooms x 20 pairs": (3, 20, 1.0), "1 room x 500 pairs": (1, 500, 1.0)}
     if options.quick:
@@ -74,8 +70,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             f"{name:20} {found['cpu_s']:8.1f} {found['wall_s']:8.1f}"
             f" {found['page_mb']:8.2f}"
         )
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    options.out.write_text(json.dumps(results, indent=1))
+    write_results(options.out, results)
     return 0
 
 

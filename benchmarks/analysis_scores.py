@@ -7,12 +7,9 @@ Bar: 99.0 % in total and 98.5 % on fresh draws; 100 % for degenerate input, dtyp
 scales, shapes and rates; 99 % in octaves; 85 % of the warnings that are due, 1 % false.
 """
 
-import argparse
-import json
 import sys
 import warnings
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 from rich.console import Console
@@ -22,6 +19,7 @@ from analysis import acoustic_parameters, band_parameters
 from analysis.hard_cases import CASES, Score, score_cases
 from analysis.hard_cases.bands import OCTAVES, THIRDS, score_bands
 from analysis.hard_cases.peculiar import random_mixtures
+from harness import make_parser, write_results
 
 
 def score_groups(seed: int, *, quick: bool) -> dict[str, Score]:
@@ -80,13 +78,9 @@ def show(scores: dict[str, Score], console: Console, remarks: int) -> None:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="few random mixtures")
+    parser = make_parser(__doc__, "analysis_scores", "few random mixtures")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--remarks", type=int, default=0, help="misses to print")
-    parser.add_argument(
-        "--out", type=Path, default=Path("results/analysis_scores.json")
-    )
     options = parser.parse_args(argv)
     warnings.simplefilter("error")
     scores = score_groups(options.seed, quick=options.quick)
@@ -97,9 +91,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     alarms = sum(s.alarms for s in groups) / max(sum(s.calm for s in groups), 1)
     summary = {"total": total_of(scores), "recall": recall, "false_alarms": alarms}
     console.print({key: round(value, 4) for key, value in summary.items()})
-    options.out.parent.mkdir(parents=True, exist_ok=True)
     rows = {name: {"percent": s.percent, **s.verdicts} for name, s in scores.items()}
-    options.out.write_text(json.dumps(summary | {"groups": rows}, indent=1))
+    write_results(options.out, summary | {"groups": rows})
     return 0
 
 

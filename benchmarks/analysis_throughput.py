@@ -7,14 +7,11 @@ Bar: 6 times pyrato's chu, 6 times pyroomacoustics' T30 alone, 20 times pyfar an
 in octaves.
 """
 
-import argparse
-import json
 import sys
 import time
 import warnings
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,6 +20,7 @@ from rich.console import Console
 from rich.table import Table
 
 from analysis import acoustic_parameters, band_parameters
+from harness import make_parser, write_results
 
 RATE = 48000
 OCTAVES = (125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0)
@@ -99,11 +97,7 @@ def rates(
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="fewer responses")
-    parser.add_argument(
-        "--out", type=Path, default=Path("results/analysis_throughput.json")
-    )
+    parser = make_parser(__doc__, "analysis_throughput", "fewer responses")
     options = parser.parse_args(argv)
     warnings.simplefilter("ignore")
     many, few, rounds = (60, 8, 2) if options.quick else (1000, 100, 3)
@@ -129,8 +123,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         ratio = f"{ratios[name]:.1f} x" if name in ratios else ""
         table.add_row(name, f"{value:.0f}", ratio, str(BARS.get(name, "")))
     Console().print(table)
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    options.out.write_text(json.dumps({"rates": found, "ratios": ratios}, indent=1))
+    write_results(options.out, {"rates": found, "ratios": ratios})
     return 0
 
 

@@ -3,16 +3,14 @@
 Bar: none of 1,000 flagged.
 """
 
-import argparse
-import json
 import sys
 from collections import Counter
-from pathlib import Path
 
 import numpy as np
-from sweep_cases import convolve, decaying_room, delayed
 
 from capture import deconvolve, synchronized_sweep
+from harness import make_parser, write_results
+from sweep_cases import convolve, decaying_room, delayed
 
 RATES = (16000, 22050, 32000, 44100, 48000, 96000)
 
@@ -70,11 +68,9 @@ def clean_take(rng: np.random.Generator) -> dict:
 
 def main(argv: list[str] | None = None) -> int:
     """Count flags over random clean takes."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true")
+    parser = make_parser(__doc__, "clean_takes")
     parser.add_argument("--count", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--out", type=Path, default=Path("results/clean_takes.json"))
     chosen = parser.parse_args(argv)
     count = 12 if chosen.quick else chosen.count
     words: Counter[str] = Counter()
@@ -88,10 +84,7 @@ def main(argv: list[str] | None = None) -> int:
             flagged += 1
             print(number, result.flags, [v.text for v in result.verdicts if v.hard])
     print(f"{flagged} of {count} clean takes flagged; all words: {dict(words)}")
-    chosen.out.parent.mkdir(parents=True, exist_ok=True)
-    chosen.out.write_text(
-        json.dumps({"count": count, "flagged": flagged, "words": words})
-    )
+    write_results(chosen.out, {"count": count, "flagged": flagged, "words": words})
     return 0
 
 

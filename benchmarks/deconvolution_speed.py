@@ -4,23 +4,21 @@ Bar: 3 times pyfar at 32 channels of 12 s; memory at most 1.5 times input and ou
 checks of four channels in a tenth of the take's length.
 """
 
-import argparse
 import importlib
 import importlib.util
-import json
 import subprocess
 import sys
 import time
 import tracemalloc
 import warnings
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.fft import next_fast_len
 
 from capture import deconvolve, synchronized_sweep
+from harness import make_parser, write_results
 
 RATE = 48000
 
@@ -67,13 +65,9 @@ if {all}:
 
 def main(argv: list[str] | None = None) -> int:
     """Print CPU seconds, ratios and memory."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true")
+    parser = make_parser(__doc__, "deconvolution_speed")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--samples", type=int, help="length of the recording")
-    parser.add_argument(
-        "--out", type=Path, default=Path("results/deconvolution_speed.json")
-    )
     chosen = parser.parse_args(argv)
     seconds, channels = (3, 4) if chosen.quick else (10, 32)
     rounds = 1 if chosen.quick else chosen.rounds
@@ -116,8 +110,7 @@ def main(argv: list[str] | None = None) -> int:
     found |= _memory(recording, ours, seconds, length)
     for key, value in found.items():
         print(f"{key:32s} {value:8.3f}")
-    chosen.out.parent.mkdir(parents=True, exist_ok=True)
-    chosen.out.write_text(json.dumps(found, indent=1))
+    write_results(chosen.out, found)
     return 0
 
 

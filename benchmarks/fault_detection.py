@@ -5,17 +5,15 @@ Bar: found: 1 lost sample, 8 zeroed samples, gain steps of 0.1 dB, drifts of 1 p
 clipping by 0.1 dB; no false alarm.
 """
 
-import argparse
-import json
 import sys
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from sweep_cases import convolve, decaying_room, delayed
 
 from capture import deconvolve, synchronized_sweep
+from harness import make_parser, write_results
+from sweep_cases import convolve, decaying_room, delayed
 
 Array = NDArray[np.float64]
 RATE = 48000
@@ -153,13 +151,9 @@ FAULTS: dict[str, tuple[str, list[float], Callable[[Bench, float], tuple], set[s
 
 def main(argv: list[str] | None = None) -> int:
     """Print the table and write it as JSON."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true")
+    parser = make_parser(__doc__, "fault_detection")
     parser.add_argument("--repeats", type=int, default=5)
     parser.add_argument("--clean", type=int, default=40)
-    parser.add_argument(
-        "--out", type=Path, default=Path("results/fault_detection.json")
-    )
     chosen = parser.parse_args(argv)
     repeats, clean = (1, 1) if chosen.quick else (chosen.repeats, chosen.clean)
     wrong: dict[str, int] = dict.fromkeys(FAULTS, 0)
@@ -184,8 +178,7 @@ def main(argv: list[str] | None = None) -> int:
         rows.append(row)
         told = ", ".join(f"{size:g}: {rate:.0%}" for size, rate in rates.items())
         print(f"{name:24s} {smallest:>20s}   {told}; {wrong[name]}")
-    chosen.out.parent.mkdir(parents=True, exist_ok=True)
-    chosen.out.write_text(json.dumps({"clean": clean, "rows": rows}, indent=1))
+    write_results(chosen.out, {"clean": clean, "rows": rows})
     return 0
 
 

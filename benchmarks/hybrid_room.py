@@ -7,15 +7,13 @@ best of several.
 Bar: 5 times pyroomacoustics' hybrid.
 """
 
-import argparse
-import json
 import time
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from harness import make_parser, write_results
 from rooms import Scene, simulate
 
 OUTLINE = [(0, 0), (6, 0), (6, 2.5), (3, 2.5), (3, 5), (0, 5)]
@@ -70,9 +68,7 @@ def cpu_s(run: Callable[[], Any]) -> float:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="2,000 rays, one run")
-    parser.add_argument("--out", default="results/hybrid_room.json")
+    parser = make_parser(__doc__, "hybrid_room", "2,000 rays, one run")
     options = parser.parse_args(argv)
     rays, rounds = (2000, 1) if options.quick else (100_000, 3)
     rows = []
@@ -89,9 +85,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         )
         times = {"ours_s": min(ours), "peer_s": min(theirs), "ratio": ratio}
         rows.append({"rays": rays, "scattering": scattering, **times})
-    path = Path(options.out)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(rows, indent=1), encoding="utf-8")
+    write_results(options.out, rows)
     return 0
 
 

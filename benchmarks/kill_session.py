@@ -8,8 +8,6 @@ from time stamps.
 Bar: at 50 kills no finished take lost, none counted twice.
 """
 
-import argparse
-import json
 import os
 import signal
 import sys
@@ -29,6 +27,7 @@ from capture.session.journal import read_journal
 from capture.session.run import run_session
 from capture.session.start import SessionRequest, is_complete, plan_session
 from capture.session.state import SessionState
+from harness import make_parser, write_results
 from rir import Dataset
 
 SETTINGS = {
@@ -133,12 +132,10 @@ def kill_until_done(
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Kill sessions, print the table, write the result."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = make_parser(__doc__, "kill_session", "4 kills")
     parser.add_argument("--kills", type=int, default=50)
     parser.add_argument("--pairs", type=int, default=3)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--quick", action="store_true", help="4 kills")
-    parser.add_argument("--out", type=Path, default=Path("results/kill_session.json"))
     options = parser.parse_args(argv)
     wanted = 4 if options.quick else options.kills
     rng = np.random.default_rng(options.seed)
@@ -155,8 +152,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             bad += differences(whole.dataset_path, folder.dataset_path)
             wrong += [f"session {sessions}: {text}" for text in bad]
     result = {"kills": kills, "sessions": sessions, "session_s": length, "wrong": wrong}
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    options.out.write_text(json.dumps(result, indent=1))
+    write_results(options.out, result)
     print(
         f"{kills} kills in {sessions} sessions of {length:.1f} s: {len(wrong)} faults"
     )

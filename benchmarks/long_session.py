@@ -7,8 +7,6 @@ and data set.
 Bar: memory does not grow over 500 pairs; 20 times real time.
 """
 
-import argparse
-import json
 import os
 import resource
 import shutil
@@ -26,6 +24,7 @@ from capture.session.folder import SessionFolder
 from capture.session.journal import Event
 from capture.session.run import run_session
 from capture.session.start import SessionRequest, plan_session
+from harness import make_parser, write_results
 
 
 class Meter(PlainDisplay):
@@ -53,10 +52,8 @@ def resident_megabytes() -> float:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the session, print the table, write the result."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = make_parser(__doc__, "long_session", "4 pairs")
     parser.add_argument("--pairs", type=int, default=500)
-    parser.add_argument("--quick", action="store_true", help="4 pairs")
-    parser.add_argument("--out", type=Path, default=Path("results/long_session.json"))
     options = parser.parse_args(argv)
     pairs = 4 if options.quick else options.pairs
     settings = {"simulation": {"noise_db": -60.0, "placement_mm": 3.0}}
@@ -86,8 +83,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         "growth_mb": max(late) - max(early),
         "dataset_mb": size,
     }
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    options.out.write_text(json.dumps(result, indent=1))
+    write_results(options.out, result)
     for name, value in result.items():
         print(f"{name:18s} {value:10.2f}")
     return 0

@@ -8,23 +8,18 @@ Bar: 20 times pyroomacoustics at order 7, 30 times at order 8; all 1,000 lists o
 equal.
 """
 
-import argparse
-import json
-import sys
 import time
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parent))
 from exhaustive_paths import (
     list_exhaustively,
     random_places,
     random_room,
 )
-
+from harness import make_parser, write_results
 from rooms.mesh import MeshGeometry, find_paths
 
 FLOOR = [(0.0, 0.0), (6.0, 0.0), (6.0, 2.5), (3.0, 2.5), (3.0, 5.0), (0.0, 5.0)]
@@ -98,9 +93,7 @@ def agree(rooms: int, pairs: int, max_order: int, seed: int) -> dict[str, Any]:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="fewer pairs and orders")
-    parser.add_argument("--out", default="results/mesh_images.json")
+    parser = make_parser(__doc__, "mesh_images", "fewer pairs and orders")
     options = parser.parse_args(argv)
     geometry = MeshGeometry.extruded(FLOOR, HEIGHT)
     count, rounds = (10, 1) if options.quick else (100, 3)
@@ -118,11 +111,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         f"equal to the exhaustive search up to order {check['max_order']}:"
         f" {check['equal']} of {check['pairs']} pairs ({check['paths']} paths)"
     )
-    path = Path(options.out)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(
-        json.dumps({"rows": rows, "exhaustive": check}, indent=1), encoding="utf-8"
-    )
+    write_results(options.out, {"rows": rows, "exhaustive": check})
     return 0
 
 

@@ -12,16 +12,14 @@ from the direct sound and is limited to -30 to 30 dB.
 Bar: 99 % of 200 scenes within tolerance.
 """
 
-import argparse
-import json
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from harness import make_parser, write_results
 from rir import GainPattern
 from rir.room import Air
 from rooms import Plan, Scene, plan_effects, simulate
@@ -293,13 +291,11 @@ def summed_up(rows: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="one scene per shape")
+    parser = make_parser(__doc__, "planner_honesty", "one scene per shape")
     parser.add_argument("--scenes", type=int, default=200, help="scenes of all shapes")
     parser.add_argument("--first", type=int, default=0, help="first seed")
     parser.add_argument("--wide", action="store_true", help="closets to halls")
     parser.add_argument("--shapes", default=",".join(SHAPES))
-    parser.add_argument("--out", default="results/planner_honesty.json")
     options = parser.parse_args(argv)
     shapes = options.shapes.split(",")
     count = len(shapes) if options.quick else options.scenes
@@ -317,9 +313,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             f"{shape:10} {part['kept']} of {part['scenes']} within tolerance,"
             f" effects off in {part['leaner']}, time saved {part['time_saved']:.0%}"
         )
-    path = Path(options.out)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps({**report, "rows": rows}, indent=1), encoding="utf-8")
+    write_results(options.out, {**report, "rows": rows})
     return 0
 
 

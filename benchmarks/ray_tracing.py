@@ -9,15 +9,13 @@ Bar: 5 million segments per CPU second among 5,000 triangles; energy constant to
 dB; Eyring to 5 %; at 10,000 rays Env 0.03 %, T60 0.48 %, C50 0.05 dB, EDT 0.8 ms.
 """
 
-import argparse
-import json
 import time
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from harness import make_parser, write_results
 from rir.physics import speed_of_sound
 from rooms import Scene, simulate
 from rooms.mesh import MeshGeometry, find_paths
@@ -300,9 +298,7 @@ def shown(title: str, rows: list[dict[str, Any]]) -> None:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="fewer rays")
-    parser.add_argument("--out", default="results/ray_tracing.json")
+    parser = make_parser(__doc__, "ray_tracing", "fewer rays")
     options = parser.parse_args(argv)
     quick = options.quick
     parts: dict[str, list[dict[str, Any]]] = {
@@ -320,9 +316,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     }
     for title, rows in parts.items():
         shown(title, rows)
-    path = Path(options.out)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(parts, indent=1), encoding="utf-8")
+    write_results(options.out, parts)
     return 0
 
 

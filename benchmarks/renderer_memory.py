@@ -7,17 +7,17 @@ largest resident size (Python and torch included) is told in GB of 10^9 bytes.
 Bar: less than 8 GB.
 """
 
-import argparse
 import json
 import resource
 import subprocess
 import sys
 import time
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from harness import make_parser, write_results
 
 BATCH = 4
 N_SAMPLES = 1600
@@ -26,13 +26,9 @@ ENCODINGS = {"sinusoids": {"octaves": 10}, "hash grid": {"hash_levels": 20}}
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="few rays, one encoding")
+    parser = make_parser(__doc__, "renderer_memory", "few rays, one encoding")
     parser.add_argument("--rays", type=int, default=2050)
     parser.add_argument("--encoding", help="measure this one, in this process")
-    parser.add_argument(
-        "--out", type=Path, default=Path("results/renderer_memory.json")
-    )
     options = parser.parse_args(argv)
     rays = 32 if options.quick else options.rays
     if options.encoding:
@@ -43,8 +39,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     print(f"{'encoding':12s} {'peak GB':>8s} {'CPU s':>7s}   ({rays} rays)")
     for name, one in found.items():
         print(f"{name:12s} {one['peak_gb']:8.2f} {one['seconds']:7.1f}")
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    options.out.write_text(json.dumps({"rays": rays, "steps": found}, indent=1))
+    write_results(options.out, {"rays": rays, "steps": found})
     return int(any(one["peak_gb"] > LIMIT_GB for one in found.values()))
 
 

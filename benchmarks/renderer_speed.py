@@ -9,12 +9,9 @@ Bar: 2 times naive when exact, 10 times with proposals, 25 times with proposals 
 bfloat16.
 """
 
-import argparse
-import json
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
@@ -28,6 +25,7 @@ from fields.render.weighting import omni_weighting
 from fields.training.losses import LossWeights, waveform_loss
 from fields.training.query import Query
 from fields.training.schedule import step_random
+from harness import make_parser, write_results
 from rir import Dataset
 
 REFERENCE_RAYS = 2050
@@ -58,10 +56,8 @@ VARIANTS = (
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true")
+    parser = make_parser(__doc__, "renderer_speed")
     parser.add_argument("--rays", type=int, default=96)
-    parser.add_argument("--out", type=Path, default=Path("results/renderer_speed.json"))
     options = parser.parse_args(argv)
     rays = 8 if options.quick else options.rays
     fewer = max(rays // 4, 2)
@@ -76,9 +72,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     print(f"{'variant':22s} {'s/step':>9s} {'ratio':>7s}   ({fewer} and {rays} rays)")
     for name, seconds in found.items():
         print(f"{name:22s} {seconds:9.1f} {found['naive'] / seconds:7.1f}")
-    options.out.parent.mkdir(parents=True, exist_ok=True)
     result = {"rays": rays, "seconds_a_step": found, "torch": torch.__version__}
-    options.out.write_text(json.dumps(result, indent=1))
+    write_results(options.out, result)
     return 0
 
 

@@ -3,20 +3,17 @@
 Bar: the frame to 0.3 mm rms from touches with 0.5 mm of noise; sigma to 10 %.
 """
 
-import argparse
 import itertools
-import json
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 
+from harness import make_parser, write_results
 from rigs.calibration.frame import Frame, fit_frame
 from rigs.calibration.repeatability import COUNT, judge_approaches
 from rigs.calibration.survey import refine_places
 
-OUT = Path("results/rig_calibration.json")
 NOISE = 0.5e-3
 REACH = (-2000.0, -2000.0, -1500.0)
 """Travel of the axes, mm; its corners are the points touched."""
@@ -36,9 +33,7 @@ def frame_error(points: int, rng: np.random.Generator) -> float:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true")
-    parser.add_argument("--out", type=Path, default=OUT)
+    parser = make_parser(__doc__, "rig_calibration")
     options = parser.parse_args(argv)
     rng = np.random.default_rng(0)
     trials = 50 if options.quick else 2000
@@ -72,8 +67,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     before, after = (float(np.std(p - true)) for p in (guess, survey.places))
     print(f"acoustic survey: places from {1e3 * before:.2f} to {1e3 * after:.2f} mm")
     report["survey_m"] = [before, after]
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    options.out.write_text(json.dumps(report, indent=2) + "\n")
+    write_results(options.out, report)
     return 0
 
 

@@ -3,26 +3,20 @@
 Bar: no rule broken in 10,000 sequences.
 """
 
-import argparse
-import json
 import sys
 import time
 from collections import Counter
 from collections.abc import Sequence
-from pathlib import Path
 
+from harness import make_parser, write_results
 from rig_ordeal import BrokenRuleError, run_sequence
-
-OUT = Path("results/rig_faults.json")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true")
+    parser = make_parser(__doc__, "rig_faults")
     parser.add_argument("--sequences", type=int, default=10_000)
     parser.add_argument("--first", type=int, default=0, help="first seed")
     parser.add_argument("--lost-steps", action="store_true")
-    parser.add_argument("--out", type=Path, default=OUT)
     options = parser.parse_args(argv)
     count = 30 if options.quick else options.sequences
     began = time.process_time()
@@ -45,7 +39,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     print(f"longest call {longest:.0f} simulated s")
     for name, number in errors.most_common():
         print(f"  {name:<22} {number}")
-    options.out.parent.mkdir(parents=True, exist_ok=True)
     report = {
         "sequences": count,
         "lost_steps": options.lost_steps,
@@ -55,7 +48,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         "longest_call_s": longest,
         "cpu_s": seconds,
     }
-    options.out.write_text(json.dumps(report, indent=2) + "\n")
+    write_results(options.out, report)
     return 1 if broken else 0
 
 

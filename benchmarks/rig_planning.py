@@ -4,20 +4,16 @@ Bar: travel at most 1.05 times the best of 100,000 random starts; 200 poses amon
 boxes planned in 2 s.
 """
 
-import argparse
-import json
 import sys
 import time
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 
+from harness import make_parser, write_results
 from rigs.planning.envelope import Envelope, KeepOut
 from rigs.planning.order import visiting_order
 from rigs.planning.paths import Roadmap
-
-OUT = Path("results/rig_planning.json")
 
 
 def random_restarts(a: np.ndarray, b: np.ndarray, count: int, seed: int) -> float:
@@ -86,9 +82,7 @@ def plan_room(seed: int) -> tuple[float, int]:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true")
-    parser.add_argument("--out", type=Path, default=OUT)
+    parser = make_parser(__doc__, "rig_planning")
     options = parser.parse_args(argv)
     restarts, layouts = (300, 1) if options.quick else (100_000, 3)
     ratios = []
@@ -103,9 +97,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     slowest = max(seconds for seconds, _ in times)
     print(f"travel / best: {max(ratios):.4f} at most; bar 1.05")
     print(f"200 poses, 20 boxes: {slowest:.2f} CPU s at most; bar 2")
-    options.out.parent.mkdir(parents=True, exist_ok=True)
     report = {"ratios": ratios, "restarts": restarts, "plans": times}
-    options.out.write_text(json.dumps(report, indent=2) + "\n")
+    write_results(options.out, report)
     return 0
 
 

@@ -7,15 +7,13 @@ Bar: 8 times pyroomacoustics at order 17, 14 times at order 30, 10 times with se
 bands and air; 3 ms a pair; an error below -90 dB in the band.
 """
 
-import argparse
-import json
 import time
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from harness import make_parser, write_results
 from rir import Poses
 from rir.physics import speed_of_sound
 from rooms import Scene, simulate
@@ -131,9 +129,7 @@ def shown(row: dict[str, Any]) -> str:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="fewer pairs and runs")
-    parser.add_argument("--out", default="results/shoebox_images.json")
+    parser = make_parser(__doc__, "shoebox_images", "fewer pairs and runs")
     options = parser.parse_args(argv)
     count, rounds = (10, 1) if options.quick else (100, 5)
     rng = np.random.default_rng(0)
@@ -162,9 +158,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(shown(row))
     print(f"in-band error: ours {error[0]:.1f} dB, peer {error[1]:.1f} dB")
     report = {"rows": rows, "error_db": {"ours": error[0], "peer": error[1]}}
-    path = Path(options.out)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(report, indent=1), encoding="utf-8")
+    write_results(options.out, report)
     return 0
 
 

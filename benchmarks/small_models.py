@@ -10,8 +10,6 @@ the answer is one clear error. ``--first K --draws 1`` repeats draw K.
 Bar: none of 10,000 draws fails.
 """
 
-import argparse
-import json
 import sys
 import time
 import warnings
@@ -26,9 +24,9 @@ import numpy as np
 
 from fields import FIELDS
 from fields.data import prepare
-from fields.plan import TrainingPlan
+from fields.plan import CHOICES, TrainingPlan
 from fields.run import train_on
-from fields.settings import SELF_SUPERVISED
+from harness import make_parser, write_results
 from rir import Dataset, DatasetWriter, Poses
 from rir.errors import DatasetError, SignalError
 
@@ -196,12 +194,10 @@ def _far(rows: Rows, rng: np.random.Generator) -> None:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true")
+    parser = make_parser(__doc__, "small_models")
     parser.add_argument("--draws", type=int, default=10_000)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--model", default="", help="draw this model only")
-    parser.add_argument("--out", type=Path, default=Path("results/small_models.json"))
     options = parser.parse_args(argv)
     draws = 64 if options.quick else options.draws
     _single_thread()
@@ -225,9 +221,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         spent = 1e3 * seconds[model] / told[model]
         print(f"{model:14s} {told[model]:6d} {spent:8.1f} {failed[model]:7d}")
     print(f"{draws} draws, {len(failures)} failed")
-    options.out.parent.mkdir(parents=True, exist_ok=True)
     content = {"draws": draws, "first": options.first, "failures": failures}
-    options.out.write_text(json.dumps(content, indent=1))
+    write_results(options.out, content)
     return int(bool(failures))
 
 
@@ -266,7 +261,7 @@ class Draw:
             "seed": number,
         }
         if model in DIRECTIONAL:
-            plan["self_supervised"] = str(rng.choice(SELF_SUPERVISED))
+            plan["self_supervised"] = str(rng.choice(CHOICES["self_supervised"]))
         return cls(number, model, config, kinds, int(rng.integers(1, 6)), length, plan)
 
     def describe(self) -> str:

@@ -7,13 +7,10 @@ clocks, dropped blocks, clicks, harmonics, short recordings, wrong signals.
 Bar: every bad take flagged with its word, every good one recovered, no false flag.
 """
 
-import argparse
-import json
 import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,6 +18,7 @@ from numpy.typing import NDArray
 
 from capture import deconvolve
 from capture.signal.resample import evaluate_stretched
+from harness import make_parser, write_results
 
 Array = NDArray[np.float64]
 
@@ -482,11 +480,9 @@ def judge(case: Case) -> dict[str, object]:
 
 def main(argv: list[str] | None = None) -> int:
     """Print the table and write it as JSON."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="Every fifth case.")
+    parser = make_parser(__doc__, "sweep_cases", "Every fifth case.")
     parser.add_argument("--only", default="", help="Cases whose name holds this.")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--out", type=Path, default=Path("results/sweep_cases.json"))
     chosen = parser.parse_args(argv)
     rows = []
     for number, case in enumerate(catalogue(chosen.seed)):
@@ -511,8 +507,7 @@ def main(argv: list[str] | None = None) -> int:
         "false alarms "
         f"{sum(not row['verdict_right'] for row in calm)} of {len(calm)}"
     )
-    chosen.out.parent.mkdir(parents=True, exist_ok=True)
-    chosen.out.write_text(json.dumps(rows, indent=1))
+    write_results(chosen.out, rows)
     return 0
 
 

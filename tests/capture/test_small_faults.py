@@ -9,17 +9,16 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 
+from capture import deconvolve, synchronized_sweep
+from capture.checks.clipping import clipped_samples
+from capture.checks.events import AROUND, worst_event
+from capture.signal.crests import measure_crests
 from fault_detection import (  # pyright: ignore[reportMissingImports]
     Bench,
     clip,
     smoothly,
 )
 from sweep_cases import delayed  # pyright: ignore[reportMissingImports]
-
-from capture import deconvolve, synchronized_sweep
-from capture.checks.clipping import clipped_samples
-from capture.checks.events import AROUND, worst_event
-from capture.signal.crests import measure_crests
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from rir.errors import SceneError
 from rooms.mesh import MeshGeometry, find_paths
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
-from exhaustive_paths import (  # pyright: ignore[reportMissingImports]
+from exhaustive_paths import (
     list_exhaustively,
     random_places,
     random_room,
