@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from benchmarks.sweep_cases import catalogue, judge
 from capture.checks import CHECKS
 from capture.checks.clipping import clipped_samples
 from capture.checks.conformance import check_check
 from capture.checks.zeros import longest_gap
+from sweep_cases import catalogue, judge
 
 CHOSEN = (
     "clean/fs16000",

@@ -1,24 +1,20 @@
 """Faults as small as the bars ask are found in one take with a loopback."""
 
-import sys
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 
 from capture import deconvolve, synchronized_sweep
 from capture.checks.clipping import clipped_samples
 from capture.checks.events import AROUND, worst_event
 from capture.signal.crests import measure_crests
-from fault_detection import (  # pyright: ignore[reportMissingImports]
+from fault_detection import (
     Bench,
     clip,
     smoothly,
 )
-from sweep_cases import delayed  # pyright: ignore[reportMissingImports]
+from sweep_cases import delayed
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from benchmarks.rig_ordeal import (
+from rig_ordeal import (
     FAULTS,
     SEPARATION,
     Fault,

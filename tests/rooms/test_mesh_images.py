@@ -1,18 +1,13 @@
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from rir.errors import SceneError
-from rooms.mesh import MeshGeometry, find_paths
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 from exhaustive_paths import (
     list_exhaustively,
     random_places,
     random_room,
 )
+from rir.errors import SceneError
+from rooms.mesh import MeshGeometry, find_paths
 
 FLOOR = [(0, 0), (6, 0), (6, 2.5), (3, 2.5), (3, 5), (0, 5)]
 EMITTER = [1.7, 3.1, 1.4]
