@@ -1,6 +1,6 @@
 """Shapes of rooms: what an effect may ask of any of them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import TYPE_CHECKING, Protocol
 
@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from rir.errors import SceneError
 
 if TYPE_CHECKING:
-    from rooms.mesh import Crossings, MeshGeometry, Paths
+    from rooms.mesh import MeshGeometry
 
 __all__ = ["Geometry", "Shoebox"]
 
@@ -79,25 +79,6 @@ class Geometry(Protocol):
         """Tell which points, shape (N, 3), do not lie in the air."""
         ...
 
-    def in_sight(self, emitter: ArrayLike, listeners: ArrayLike) -> NDArray[np.bool_]:
-        """Tell to which listeners, shape (L, 3), the straight way is free."""
-        ...
-
-    def mirror_paths(
-        self,
-        emitter: ArrayLike,
-        listeners: ArrayLike,
-        *,
-        max_order: int,
-        max_length: float,
-    ) -> "Paths":
-        """Return every mirror path up to an order and a length [m], one by one."""
-        ...
-
-    def crossings(self, start: FloatArray, ends: FloatArray) -> "Crossings":
-        """Return what straight ways to points, shape (N, 3), pass through."""
-        ...
-
     def facing(self) -> FloatArray:
         """Return how much of each wall of a box each surface is, (6, surfaces)."""
         ...
@@ -114,6 +95,11 @@ class Shoebox:
     """
 
     size: FloatArray
+    surface_names: tuple[str, ...] = field(default=(), init=False)
+    report: tuple[str, ...] = field(default=(), init=False)
+    lattice: bool = field(default=True, init=False)
+    convex: bool = field(default=True, init=False)
+    watertight: bool = field(default=True, init=False)
 
     def __post_init__(self) -> None:
         size = np.array(self.size, dtype=float)
@@ -153,56 +139,9 @@ class Shoebox:
         return np.any((points < -slack) | (points > self.size + slack), axis=-1)
 
     @property
-    def surface_names(self) -> tuple[str, ...]:
-        """No names: the walls are those of `rir.room.WALLS`."""
-        return ()
-
-    @property
-    def report(self) -> tuple[str, ...]:
-        """Nothing: a box needs no repair."""
-        return ()
-
-    @property
-    def lattice(self) -> bool:
-        """True: images of a box form a lattice."""
-        return True
-
-    @property
-    def convex(self) -> bool:
-        """True: every two points of a box see each other."""
-        return True
-
-    @property
-    def watertight(self) -> bool:
-        """True: six walls enclose the air."""
-        return True
-
-    @property
     def mesh(self) -> "MeshGeometry":
         """The box as twelve triangles."""
         return _box_mesh(self)
-
-    def in_sight(self, emitter: ArrayLike, listeners: ArrayLike) -> NDArray[np.bool_]:
-        """Return true for all: nothing stands in a box."""
-        del emitter
-        return np.ones(len(np.asarray(listeners)), dtype=bool)
-
-    def mirror_paths(
-        self,
-        emitter: ArrayLike,
-        listeners: ArrayLike,
-        *,
-        max_order: int,
-        max_length: float,
-    ) -> "Paths":
-        """Return every mirror path up to an order and a length [m], one by one."""
-        return self.mesh.mirror_paths(
-            emitter, listeners, max_order=max_order, max_length=max_length
-        )
-
-    def crossings(self, start: FloatArray, ends: FloatArray) -> "Crossings":
-        """Return what straight ways pass through: no wall between points inside."""
-        return self.mesh.crossings(start, ends)
 
     def facing(self) -> FloatArray:
         """Return how much of each wall each surface is: all of its own."""

@@ -1,6 +1,7 @@
 """The direct sound: 1/d at distance d."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rooms.effects.effect import Effect, Need, Tolerance
 from rooms.scene import Scene
@@ -26,8 +27,8 @@ def apply(scene: Scene, sound: Sound) -> None:
     facing = np.where(apart[:, None], way, sound.emitter.forward)
     facing = facing / np.where(apart, distance, 1.0)[:, None]
     gain = 1 / np.maximum(distance, NEAREST)
-    places = sound.emitter.position, sound.listeners.positions
-    gain = gain * scene.geometry.in_sight(*places)
+    if not scene.geometry.lattice:
+        gain = gain * _in_sight(scene, sound)
     sound.listed_order = max(sound.listed_order, 0)
     sound.arrivals.append(
         Arrivals(
@@ -39,6 +40,14 @@ def apply(scene: Scene, sound: Sound) -> None:
             order=np.zeros(len(distance), dtype=np.int64),
         )
     )
+
+
+def _in_sight(scene: Scene, sound: Sound) -> NDArray[np.bool_]:
+    from rooms.mesh import find_paths
+
+    places = sound.emitter.position, sound.listeners.positions
+    seen = find_paths(scene.geometry.mesh, *places, max_order=0).listener
+    return np.isin(np.arange(len(sound.listeners)), seen)
 
 
 DIRECT = Effect("direct", "the straight way", needed, apply)

@@ -80,13 +80,17 @@ def _check_bearable(scene: Scene, order: int, until: float) -> None:
 
 
 def _mesh_paths(scene: Scene, sound: Sound) -> Arrivals:
+    from rooms.mesh import find_paths
+
     order = MESH_ORDER if sound.budget.max_order is None else sound.budget.max_order
     sound.listed_order = order
-    paths = scene.geometry.mirror_paths(
+    paths = find_paths(
+        scene.geometry.mesh,
         sound.emitter.position,
         sound.listeners.positions,
         max_order=order,
         max_length=scene.speed_of_sound * sound.budget.duration,
+        direct=False,
     )
     return Arrivals(
         listener=paths.listener,

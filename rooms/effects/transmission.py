@@ -32,16 +32,18 @@ def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Need:
 
 def apply(scene: Scene, sound: Sound) -> None:
     """Add the straight way through every surface between the ends."""
-    if not np.any(scene.transmission):
+    if scene.geometry.lattice or not np.any(scene.transmission):
         return
+    from rooms.mesh.crossings import find_crossings
+
     way = sound.listeners.positions - sound.emitter.position
     distance = np.linalg.norm(way, axis=1)
     places = sound.emitter.position, sound.listeners.positions
-    crossed = scene.geometry.crossings(*places)
-    through = crossed.hit.any(axis=1) & (distance > 0)
+    hit = find_crossings(scene.geometry.mesh, *places)
+    through = hit.any(axis=1) & (distance > 0)
     with np.errstate(divide="ignore"):
-        loss = np.log(scene.transmission[crossed.surface]) / 2
-    gain = np.exp(np.where(crossed.hit[through][..., None], loss, 0.0).sum(axis=1))
+        loss = np.log(scene.transmission[scene.geometry.mesh.face_surface]) / 2
+    gain = np.exp(np.where(hit[through][..., None], loss, 0.0).sum(axis=1))
     facing = way[through] / distance[through, None]
     sound.arrivals.append(
         Arrivals(

@@ -1,7 +1,6 @@
 """Rooms made of polygons: geometry, visibility and specular paths."""
 
-from rooms.mesh.crossings import Crossings
 from rooms.mesh.geometry import MeshGeometry
 from rooms.mesh.images import Paths, find_paths
 
-__all__ = ["Crossings", "MeshGeometry", "Paths", "find_paths"]
+__all__ = ["MeshGeometry", "Paths", "find_paths"]

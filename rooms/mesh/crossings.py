@@ -1,37 +1,19 @@
 """What straight ways pass through."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
-from rooms.mesh.triangles import Triangles
+from rooms.mesh.geometry import MeshGeometry
 
-__all__ = ["Crossings", "find_crossings"]
+__all__ = ["find_crossings"]
 
 FloatArray = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
-class Crossings:
-    """Triangles in the way of straight ways.
-
-    Parameters
-    ----------
-    hit : ndarray of bool, shape (ways, triangles)
-        Whether a way crosses a triangle.
-    surface : ndarray, shape (triangles,)
-        Surface of each triangle.
-    """
-
-    hit: NDArray[np.bool_]
-    surface: NDArray[np.int64]
-
-
 def find_crossings(
-    geometry: Triangles, start: FloatArray, ends: FloatArray
-) -> Crossings:
-    """Tell which triangles each straight way, to ends of shape (N, 3), crosses.
+    geometry: MeshGeometry, start: FloatArray, ends: FloatArray
+) -> NDArray[np.bool_]:
+    """Tell which triangles straight ways to ends (N, 3) cross, shape (N, triangles).
 
     References
     ----------
@@ -49,5 +31,4 @@ def find_crossings(
     t = np.einsum("ti,ti->t", c - a, other) / safe
     # one of two triangles that share the side a way passes through
     inside = (u >= 0) & (v >= 0) & (u + v < 1)
-    hit = inside & (t > 1e-9) & (t < 1 - 1e-9) & np.isfinite(safe)
-    return Crossings(hit, geometry.face_surface)
+    return inside & (t > 1e-9) & (t < 1 - 1e-9) & np.isfinite(safe)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rir.errors import SceneError
-from rooms.mesh.triangles import Triangles
+from rooms.mesh.geometry import MeshGeometry
 
 __all__ = ["Paths", "find_paths"]
 
@@ -73,7 +73,7 @@ class Paths:
 
 
 def find_paths(
-    geometry: Triangles,
+    geometry: MeshGeometry,
     emitter: ArrayLike,
     listeners: ArrayLike,
     *,
@@ -91,7 +91,7 @@ def find_paths(
 
     Parameters
     ----------
-    geometry : Triangles
+    geometry : MeshGeometry
         The room.
     emitter : array_like, shape (3,)
         Position [m].
@@ -118,7 +118,7 @@ def find_paths(
 
     Examples
     --------
-    >>> room = Triangles.box((6, 5, 3))
+    >>> room = MeshGeometry.box((6, 5, 3))
     >>> paths = find_paths(room, [1.7, 3.1, 1.4], [[4, 1, 2]], max_order=3)
     >>> len(paths)
     63

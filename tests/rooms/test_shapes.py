@@ -5,6 +5,7 @@ import pytest
 
 from rooms.geometry import Geometry, Shoebox
 from rooms.mesh import MeshGeometry
+from rooms.mesh.crossings import find_crossings
 
 SIZE = np.array([5.0, 4.0, 3.0])
 EMITTER = np.array([1.0, 1.1, 1.2])
@@ -19,25 +20,14 @@ def shape(request) -> Geometry:
 def test_a_box_is_convex_closed_and_in_full_sight(shape):
     assert shape.convex
     assert shape.watertight
-    assert shape.in_sight(EMITTER, LISTENERS).all()
-    assert not shape.crossings(EMITTER, LISTENERS).hit.any()
+    assert shape.mesh.visible(EMITTER, LISTENERS).all()
+    assert not find_crossings(shape.mesh, EMITTER, LISTENERS).any()
     assert shape.volume == pytest.approx(60.0)
     np.testing.assert_allclose(shape.areas, [12, 12, 15, 15, 20, 20])
 
 
 def test_each_wall_of_a_box_faces_its_own_way(shape):
     np.testing.assert_array_equal(shape.facing(), np.eye(6))
-
-
-def test_mirror_paths_of_first_order_are_those_of_six_images(shape):
-    found = shape.mirror_paths(EMITTER, LISTENERS, max_order=1, max_length=np.inf)
-    images = np.repeat(EMITTER[None], 6, axis=0)
-    for wall in range(6):
-        axis = wall // 2
-        images[wall, axis] = 2 * SIZE[axis] * (wall % 2) - EMITTER[axis]
-    for number, listener in enumerate(LISTENERS):
-        expected = np.sort(np.linalg.norm(images - listener, axis=1))
-        np.testing.assert_allclose(found.length[found.listener == number], expected)
 
 
 def test_only_a_box_has_a_lattice_of_images():
