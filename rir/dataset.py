@@ -157,7 +157,7 @@ class Dataset:
     @property
     def responses(self) -> Responses:
         """The responses, read when indexed."""
-        return Responses(self)
+        return Responses(self.read, (len(self), self.n_samples))
 
     def read(self, rows: ArrayLike, *, with_pre: bool = False) -> NDArray[Any]:
         """Return responses of the given rows, shape (k, n).

@@ -22,6 +22,7 @@ from rir.room import RoomSpec
 __all__ = ["DatasetWriter"]
 
 _CHUNK_BYTES = 32768
+"""Of a chunk: one row is read with little else; far below HDF5's cache of 1 MiB."""
 
 
 class DatasetWriter:

@@ -12,7 +12,7 @@ from rir.numbers import read_array
 
 __all__ = ["GainPattern"]
 
-_BROADBAND = (1000.0,)
+_BROADBAND = (1000.0,)  # a lone band stands for all: its centre is only a name [Hz]
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ from rir.errors import ResoundingError, SignalError
 
 __all__ = ["read_array", "read_count", "read_number", "shown"]
 
-_LONGEST = 60
+_LONGEST = 60  # characters: a message with the value stays one line
 
 
 def shown(value: Any) -> str:

@@ -7,16 +7,19 @@ __all__ = [
     "REFERENCE_HUMIDITY_PERCENT",
     "REFERENCE_PRESSURE_KPA",
     "REFERENCE_TEMPERATURE_C",
+    "STRETCH_PER_KELVIN",
+    "ZERO_CELSIUS_K",
     "air_absorption",
     "decibels",
-    "from_decibels",
     "speed_of_sound",
 ]
 
-REFERENCE_TEMPERATURE_C = 20.0
-REFERENCE_HUMIDITY_PERCENT = 50.0
-REFERENCE_PRESSURE_KPA = 101.325
-"""Reference atmosphere of ISO 9613-1:1993, clause 4."""
+REFERENCE_TEMPERATURE_C = 20.0  # ISO 9613-1:1993, clause 4
+REFERENCE_HUMIDITY_PERCENT = 50.0  # chosen: a room in use; the standard gives none
+REFERENCE_PRESSURE_KPA = 101.325  # ISO 9613-1:1993, clause 4
+ZERO_CELSIUS_K = 273.15  # by definition of the degree Celsius
+STRETCH_PER_KELVIN = 0.5 / 293.15
+"""Relative change of the speed of sound per kelvin at 20 °C: it grows with sqrt(T)."""
 
 
 def speed_of_sound(temperature_c: float) -> float:
@@ -37,7 +40,7 @@ def speed_of_sound(temperature_c: float) -> float:
     >>> round(speed_of_sound(20.0), 1)
     343.2
     """
-    return float(331.3 * np.sqrt(1.0 + temperature_c / 273.15))
+    return float(331.3 * np.sqrt(1.0 + temperature_c / ZERO_CELSIUS_K))
 
 
 def air_absorption(
@@ -65,7 +68,7 @@ def air_absorption(
     [4.66, 105.29]
     """
     f = np.asarray(frequencies, dtype=float)
-    kelvin = temperature_c + 273.15
+    kelvin = temperature_c + ZERO_CELSIUS_K
     warm = kelvin / 293.15
     pressure = pressure_kpa / REFERENCE_PRESSURE_KPA
     saturation = 10.0 ** (-6.8346 * (273.16 / kelvin) ** 1.261 + 4.6151)
@@ -89,8 +92,3 @@ def decibels(power_ratio: ArrayLike) -> NDArray[np.float64]:
     """
     with np.errstate(divide="ignore"):
         return 10.0 * np.log10(np.asarray(power_ratio, dtype=float))
-
-
-def from_decibels(level_db: ArrayLike) -> NDArray[np.float64]:
-    """Return the power ratio of a level in decibels."""
-    return 10.0 ** (np.asarray(level_db, dtype=float) / 10.0)

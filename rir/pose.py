@@ -13,7 +13,7 @@ from rir.numbers import read_array, read_number
 
 __all__ = ["Pose", "Poses", "from_spherical", "rotate"]
 
-_IDENTITY = (0.0, 0.0, 0.0, 1.0)
+_IDENTITY = (0.0, 0.0, 0.0, 1.0)  # no turn; the scalar stands last
 
 
 def from_spherical(

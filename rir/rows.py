@@ -1,14 +1,11 @@
 """Rows of a data set: reading them by index, and the pairs among them."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-if TYPE_CHECKING:
-    from rir.dataset import Dataset
 
 __all__ = ["PairRows", "Responses", "Rows"]
 
@@ -35,15 +32,20 @@ class Responses:
 
     Index with a number, a slice, a list or an integer array; the answer has
     shape (n,) or (k, n) and starts at the emission.
+
+    Parameters
+    ----------
+    read : callable
+        Returns the responses of some rows, shape (k, n).
+    shape : tuple of int
+        Rows and samples per row.
     """
 
-    def __init__(self, dataset: "Dataset") -> None:
-        self._dataset = dataset
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Rows and samples per row."""
-        return len(self._dataset), self._dataset.n_samples
+    def __init__(
+        self, read: Callable[[Rows], NDArray[Any]], shape: tuple[int, int]
+    ) -> None:
+        self._read = read
+        self.shape = shape
 
     @property
     def dtype(self) -> np.dtype[Any]:
@@ -51,11 +53,11 @@ class Responses:
         return self[0].dtype if len(self) else np.dtype(np.float64)
 
     def __len__(self) -> int:
-        return len(self._dataset)
+        return self.shape[0]
 
     def __getitem__(self, index: Any) -> NDArray[Any]:
         rows = np.arange(len(self))[index]
-        block = self._dataset.read(np.atleast_1d(rows))
+        block = self._read(np.atleast_1d(rows))
         return block[0] if np.ndim(rows) == 0 else block
 
     def __iter__(self) -> Iterator[NDArray[Any]]:

@@ -12,6 +12,7 @@ from analysis.likeness.octaves import OctaveEnvelope, octave_envelopes, usable_o
 from analysis.likeness.quiet import lead_band_powers
 from rir.arrays import FloatArray
 from rir.onset import find_onset
+from rir.physics import STRETCH_PER_KELVIN
 
 __all__ = ["OCTAVES", "SwapFit", "fit_swap", "resampled_at", "warped"]
 
@@ -19,8 +20,6 @@ OCTAVES = (125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0)
 """Octaves of ISO 3382-1 and 8 kHz [Hz]; those the rate has no room for are left out."""
 WINDOW_EDGES = (0.0, 0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64, 1.28)
 """Edges of the time windows, from the direct sound on [s]."""
-STRETCH_PER_KELVIN = 0.5 / 293.15
-"""Relative change of the speed of sound per kelvin: it grows with sqrt(T)."""
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,11 @@ import numpy as np
 
 from analysis.likeness.bandwise import noise_density
 from analysis.likeness.displacement import displaced
-from analysis.likeness.fit import STRETCH_PER_KELVIN, resampled_at
+from analysis.likeness.fit import resampled_at
 from analysis.likeness.retake import retaken, steady_part
 from analysis.metrics import METRICS
 from rir.arrays import FloatArray
+from rir.physics import STRETCH_PER_KELVIN
 
 __all__ = ["predicted_floor", "worsened"]
 

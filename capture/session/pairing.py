@@ -10,12 +10,10 @@ from capture.signal.stretch import apply_stretch, estimate_stretch, low_passed
 from rir.arrays import FloatArray
 from rir.bands import octave_centers, octave_energies
 from rir.onset import find_onset
-from rir.physics import speed_of_sound
+from rir.physics import STRETCH_PER_KELVIN, speed_of_sound
 
 __all__ = ["OneWay", "judge_pair", "octave_distances", "predicted_floor"]
 
-STRETCH_PER_KELVIN = 0.5 / 293.15
-"""Relative change of the speed of sound per kelvin: half of that of temperature."""
 SAME_PLACE_MS = 0.1
 SAME_START = 0.9
 EARLY_S = 0.05

@@ -12,7 +12,7 @@ from rir.errors import SignalError
 
 __all__ = ["AudioInfo", "audio_info", "read_audio", "write_audio"]
 
-_FLAC_CHANNELS = 8
+_FLAC_CHANNELS = 8  # the most that the format has (RFC 9639, section 9.1.3)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from rir.files.table import FORMATS, Format, is_simulated
 
 __all__ = ["read_meshrir", "write_meshrir"]
 
-MILLIMETRES = 3
+MILLIMETRES = 3  # decimals of a metre: finer than anybody places a microphone
 
 
 def read_meshrir(path: Path, simulated: bool | None) -> Dataset:

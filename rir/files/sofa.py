@@ -11,12 +11,11 @@ from rir import Dataset, DatasetError, Poses, ResoundingError
 from rir.arrays import FloatArray
 from rir.files.table import FORMATS, Format, is_simulated
 from rir.optional import require
+from rir.physics import ZERO_CELSIUS_K
 from rir.pose import from_spherical, rotate
 from rir.records import software_version
 
 __all__ = ["open_sofa", "rate_of", "read_sofa", "write_sofa"]
-
-KELVIN = 273.15
 
 
 def open_sofa(path: str | Path, refusal: type[ResoundingError]) -> Any:
@@ -99,7 +98,7 @@ def _write_poses(sofa: Any, end: str, poses: Poses) -> None:
 def _write_temperature(sofa: Any, temperature_c: FloatArray) -> None:
     """Write temperatures where every row has one; SOFA knows kelvin only."""
     if np.isfinite(temperature_c).all():
-        sofa.RoomTemperature = temperature_c + KELVIN
+        sofa.RoomTemperature = temperature_c + ZERO_CELSIUS_K
         sofa.RoomTemperature_Units = "kelvin"
 
 
@@ -149,7 +148,9 @@ def _columns(sofa: Any, count: int) -> dict[str, NDArray[Any]]:
         columns["direction"] = np.ravel(sofa.PairDirection).astype(str)
     kelvin = np.ravel(getattr(sofa, "RoomTemperature", np.nan)).astype(float)
     if getattr(sofa, "RoomTemperature_Units", "") == "kelvin":
-        columns["temperature_c"] = np.broadcast_to(kelvin - KELVIN, (count,)).copy()
+        columns["temperature_c"] = np.broadcast_to(
+            kelvin - ZERO_CELSIUS_K, (count,)
+        ).copy()
     return columns
 
 

@@ -25,7 +25,6 @@ NEEDED = (
     "file",
     *(f"{end}_{axis}" for end in ("emitter", "listener") for axis in AXES),
 )
-BLOCK = 64
 
 
 def read_wav(path: Path, simulated: bool | None) -> Dataset:
