@@ -5,10 +5,9 @@ from typing import Any
 import numpy as np
 import torch
 
-from fields.data import FieldData
 from fields.field import paired_queries
 from fields.layers.harmonics import broadband_coefficients
-from fields.render.weighting import omni_weighting, pattern_weighting, single_harmonic
+from fields.render.weighting import pattern_weighting, single_harmonic
 from fields.training.network import PREDICT_ROWS, NetworkField
 from fields.training.query import Query
 from rir import GainPattern, Pose, Poses
@@ -99,10 +98,6 @@ class DirectionalField(NetworkField):
                 heard = self.network.render(query, weighting)
                 answers[rows] = heard.float().cpu().numpy()
         return np.float32(self.frame.scale) * answers
-
-    def hears_omni(self, data: FieldData) -> np.ndarray:
-        """Return responses of some rows through an omnidirectional listener."""
-        return self._weighed(data.emitters, data.listeners, omni_weighting)
 
 
 def _banded(parts: np.ndarray, pattern: GainPattern, sample_rate: float) -> np.ndarray:
