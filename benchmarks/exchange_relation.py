@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from fields.compare import CompareConfig, compare
+from fields.comparison.run import CompareConfig, compare
 from fields.results import ResultTable
 from rir.config import load_yaml
 

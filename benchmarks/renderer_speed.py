@@ -19,11 +19,11 @@ import numpy as np
 import torch
 
 from fields.data import FieldData, prepare
+from fields.layers.query import Query
 from fields.models import avr
 from fields.models.avr import Avr, Config
 from fields.render.weighting import omni_weighting
 from fields.training.losses import LossWeights, waveform_loss
-from fields.training.query import Query
 from fields.training.schedule import step_random
 from harness import make_parser, write_results
 from rir import Dataset

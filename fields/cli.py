@@ -76,7 +76,7 @@ def train(
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
 ) -> None:
     """Train a field on a data set and score it on emitters it has not heard."""
-    from fields.command import Request, train_and_report
+    from fields.commands.train import Request, train_and_report
 
     request = Request(
         dataset=dataset,
@@ -106,7 +106,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run train-field and return its exit code."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     if arguments and arguments[0] in ("compare", "cost", "map", "list"):
-        from fields.more_cli import more
+        from fields.commands.subcommands import more
 
         return run(more, arguments, "train-field")
     return run(app, arguments, "train-field")

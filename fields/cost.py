@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
+from fields.comparison.sets import DividedSet
 from fields.evaluate import METRIC_UNITS, score
 from fields.field import Field
 from fields.plan import TrainingPlan
 from fields.run import UNLIMITED_STEPS, train_on
-from fields.sets import Bench
 from rir.cost import CostCurve, measure_costs
 
 __all__ = ["measure_training"]
@@ -18,7 +18,7 @@ Setting = tuple[Any, float]
 
 
 def measure_training(
-    bench: Bench,
+    divided: DividedSet,
     model: str,
     knob: str,
     values: Sequence[Any],
@@ -32,7 +32,7 @@ def measure_training(
 
     Parameters
     ----------
-    bench : Bench
+    divided : DividedSet
         Data.
     model : str
         A name in ``FIELDS``.
@@ -65,7 +65,7 @@ def measure_training(
             seed=int(rng.integers(2**31)),
         )
         config = {} if value is None else {knob: value}
-        return train_on(bench.train, model, config, plan)
+        return train_on(divided.train, model, config, plan)
 
     def name(setting: Setting) -> str:
         value, budget = setting
@@ -75,10 +75,10 @@ def measure_training(
         f"{model} {knob}".strip(),
         [(value, budget) for value in values or [None] for budget in budgets],
         run,
-        lambda field: score(field, bench.test),
+        lambda field: score(field, divided.test),
         units=METRIC_UNITS,
         rng=np.random.default_rng(seed),
         repeats=repeats,
-        mark=bench.mark,
+        mark=divided.mark,
         name=name,
     )

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from fields.data import FieldData
 from fields.plan import TrainingPlan
+from fields.table import FIELDS
 from inverse.blend.fallback import NearestRows
 from inverse.blend.mixture import mix, mixing_weights
 from inverse.rows.fitset import FitSet, place_numbers
@@ -87,7 +88,7 @@ class SymmetricNetwork:
     @classmethod
     def from_bytes(cls, stored: NDArray[np.uint8], alike: bool) -> "SymmetricNetwork":
         """Rebuild what :meth:`as_bytes` returned."""
-        from fields.models import inras
+        inras = FIELDS["inras"].load_module()
 
         held: Any = io.BytesIO(stored.tobytes())
         return cls(inras.load(held), alike)
@@ -294,7 +295,7 @@ def train_network(
         If torch is not installed.
     """
     require("torch", why="the network of the path field")
-    from fields.models import inras
+    inras = FIELDS["inras"].load_module()
     from fields.training.loop import Trainer
 
     hidden = held_out_rows(data)

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from capture.interfaces.protocol import AudioInterface
 from rir.conformance import promise
 
-__all__ = ["DirectSound", "check_interface", "check_interface_type"]
+__all__ = ["DirectWorld", "check_interface", "check_interface_type"]
 
 
-class DirectSound:
+class DirectWorld:
     """A world that answers with the direct sound alone, for simulated interfaces."""
 
     def responses(self, output: int = 0) -> NDArray[np.float64]:

@@ -8,8 +8,8 @@ from torch import Tensor
 
 from fields.layers.direct import ORDER, local_direction
 from fields.layers.harmonics import harmonics
+from fields.layers.query import Query
 from fields.plan import TrainingPlan
-from fields.training.query import Query
 
 __all__ = ["Emission", "emission_for", "omni_pattern", "sent_features"]
 

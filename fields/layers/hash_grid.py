@@ -54,7 +54,7 @@ class HashGrid(nn.Module):
         """Read features at positions (..., 3), answer (..., width)."""
         flat = ((positions.reshape(-1, 3) + 1) / 2).clamp(0.0, 1.0)
         if positions.device.type == "cpu":
-            features: Any = _Compiled.apply(flat, self.table, self.resolutions)
+            features: Any = _CompiledGrid.apply(flat, self.table, self.resolutions)
         else:
             features = self.plain(flat)
         return features.reshape(*positions.shape[:-1], self.width)
@@ -82,7 +82,7 @@ def _hashed(corner: Tensor, entries: int) -> Tensor:
     return mixed & (entries - 1)
 
 
-class _Compiled(torch.autograd.Function):
+class _CompiledGrid(torch.autograd.Function):
     @staticmethod
     def forward(ctx: Any, unit: Tensor, table: Tensor, resolutions: Tensor) -> Tensor:
         from fields.layers.hash_kernel import read_grid

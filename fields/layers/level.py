@@ -7,7 +7,7 @@ import torch
 from torch import Tensor, nn
 
 from fields.data import FieldData
-from fields.training.query import Query
+from fields.layers.query import Query
 
 __all__ = ["Level"]
 

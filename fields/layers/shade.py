@@ -4,7 +4,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from fields.training.query import Query
+from fields.layers.query import Query
 
 __all__ = ["Shade"]
 

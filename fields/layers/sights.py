@@ -6,9 +6,9 @@ from torch import Tensor, nn
 from fields.frame import SceneFrame
 from fields.images import read_photos
 from fields.layers.perceptron import perceptron
+from fields.layers.query import Query
 from fields.layers.resnet import FEATURES, ResNet18, find_weights
 from fields.layers.views import panorama_directions, room_views
-from fields.training.query import Query
 
 __all__ = ["SEEN", "LearnedSight", "PhotoSight", "ResnetSight"]
 

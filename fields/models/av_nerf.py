@@ -20,6 +20,7 @@ from fields.frame import SceneFrame
 from fields.images import read_photos
 from fields.layers.encoding import Octaves, Sinusoids
 from fields.layers.perceptron import ResidualPerceptron, quiet_head
+from fields.layers.query import Query
 from fields.layers.resnet import find_weights
 from fields.layers.sights import SEEN, LearnedSight, PhotoSight, ResnetSight
 from fields.plan import TrainingPlan
@@ -27,7 +28,6 @@ from fields.settings import Count, settings
 from fields.training.loop import fit_network
 from fields.training.losses import LossWeights, waveform_loss
 from fields.training.network import NetworkField, load_network
-from fields.training.query import Query
 from rir.errors import ConfigError
 
 __all__ = ["PRESETS", "AvNerf", "Config", "fit", "load"]

@@ -24,6 +24,7 @@ from fields.layers.harmonics import harmonics
 from fields.layers.hash_grid import HashGrid
 from fields.layers.level import Level
 from fields.layers.perceptron import perceptron
+from fields.layers.query import Query
 from fields.layers.shade import Shade
 from fields.pattern import fit_emitter_pattern
 from fields.plan import TrainingPlan
@@ -38,7 +39,6 @@ from fields.settings import Count, settings
 from fields.training.directional import DirectionalField
 from fields.training.losses import LossWeights, waveform_loss
 from fields.training.network import load_network
-from fields.training.query import Query
 
 __all__ = ["PRESETS", "Avr", "Config", "fit", "load"]
 
@@ -376,7 +376,7 @@ class Avr(nn.Module):
         """Return the pattern it is linear in, or read at the emitters' own places."""
         if self.takes_source:
             return self.fitted
-        from fields.selfsupervised.readout import network_pattern
+        from fields.training.readout import network_pattern
 
         return network_pattern(self, query)
 

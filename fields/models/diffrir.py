@@ -18,6 +18,7 @@ from fields.layers.direct import ORDER, local_direction
 from fields.layers.filters import band_matrix, minimum_phase_log
 from fields.layers.harmonics import harmonics
 from fields.layers.images import BoxImages
+from fields.layers.query import Query
 from fields.plan import TrainingPlan
 from fields.render.rays import even_directions
 from fields.render.weighting import RayWeighting, omni_weighting
@@ -26,7 +27,6 @@ from fields.settings import Count, settings
 from fields.training.directional import DirectionalField
 from fields.training.losses import multiscale_log_loss
 from fields.training.network import load_network
-from fields.training.query import Query
 
 __all__ = ["PRESETS", "Config", "DiffRir", "fit", "load"]
 

@@ -17,12 +17,12 @@ from fields.data import FieldData
 from fields.frame import SceneFrame
 from fields.layers.encoding import Octaves, Sinusoids, shoulder
 from fields.layers.perceptron import ResidualPerceptron, quiet_head
+from fields.layers.query import Query
 from fields.plan import TrainingPlan
 from fields.settings import Count, settings
 from fields.training.loop import fit_network
 from fields.training.losses import LossWeights, waveform_loss
 from fields.training.network import NetworkField, load_network
-from fields.training.query import Query
 
 __all__ = ["PRESETS", "Config", "Inras", "fit", "load"]
 

@@ -12,12 +12,12 @@ from fields.data import FieldData
 from fields.frame import SceneFrame
 from fields.layers.encoding import Octaves, Sinusoids
 from fields.layers.grid import FeatureGrid
+from fields.layers.query import Query
 from fields.layers.spectrogram import Spectrogram
 from fields.plan import TrainingPlan
 from fields.settings import Count, settings
 from fields.training.loop import fit_network
 from fields.training.network import NetworkField, load_network
-from fields.training.query import Query
 
 __all__ = ["PRESETS", "Config", "Naf", "fit", "load"]
 

@@ -51,7 +51,7 @@ def causal_projection(
         return causal_projection_plain(
             features, weights, shells, arrivals, delays, matrix, bias
         )
-    return _Compiled.apply(
+    return _CompiledSum.apply(
         features.float(),
         weights.float(),
         shells,
@@ -111,7 +111,7 @@ def causal_projection_plain(
     return total
 
 
-class _Compiled(torch.autograd.Function):
+class _CompiledSum(torch.autograd.Function):
     @staticmethod
     def forward(ctx: Any, *inputs: Tensor) -> Tensor:
         from fields.render.projection_kernel import sum_forward

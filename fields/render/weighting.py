@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from fields.layers.harmonics import harmonics
-from fields.training.query import Query
+from fields.layers.query import Query
 
 __all__ = ["RayWeighting", "omni_weighting", "pattern_weighting", "single_harmonic"]
 

@@ -11,7 +11,7 @@ from torch import Tensor, nn
 from fields.data import FieldData
 from fields.pattern import fit_emitter_pattern
 from fields.plan import TrainingPlan
-from fields.selfsupervised.forms import FORMS, Setting
+from fields.selfsupervised.forms import FORMS, FormContext
 from fields.training.directional import DirectionalField
 from fields.training.loop import fit_network
 
@@ -33,13 +33,13 @@ def fit_directional(
     return DirectionalField.of(fit_network(network_type, data, config, plan, term))
 
 
-def _setting(data: FieldData) -> Setting:
+def _setting(data: FieldData) -> FormContext:
     frame = data.frame
     box = (
         torch.tensor(frame.low, dtype=torch.float32),
         torch.tensor(frame.high, dtype=torch.float32),
     )
-    return Setting(_pattern(data), box)
+    return FormContext(_pattern(data), box)
 
 
 def _pattern(data: FieldData) -> Tensor:

@@ -11,13 +11,13 @@ from typing import Any
 import torch
 from torch import Tensor
 
+from fields.layers.query import Query
 from fields.render.weighting import pattern_weighting
 from fields.selfsupervised.poses import moved, random_axes
 from fields.training.losses import LossWeights, waveform_loss
-from fields.training.query import Query
 from rir.registry import Registry
 
-__all__ = ["FORMS", "Setting"]
+__all__ = ["FORMS", "FormContext"]
 
 WEIGHT = 0.8
 LARGEST_NOISE_M = 0.3
@@ -28,7 +28,7 @@ LOSS = LossWeights()
 
 
 @dataclass(frozen=True, eq=False)
-class Setting:
+class FormContext:
     """What a form knows beside the batch.
 
     Parameters
@@ -43,13 +43,13 @@ class Setting:
     box: tuple[Tensor, Tensor]
 
 
-Form = Callable[[Setting, Any, Query, Tensor, float, torch.Generator], Tensor]
+Form = Callable[[FormContext, Any, Query, Tensor, float, torch.Generator], Tensor]
 FORMS: Registry[Form] = Registry("self-supervised form")
 
 
 @FORMS.add("pattern")
 def pattern_exchange(
-    setting: Setting,
+    setting: FormContext,
     network: Any,
     query: Query,
     target: Tensor,
@@ -86,7 +86,7 @@ def pattern_exchange(
 
 @FORMS.add("teacher")
 def taught_by_seen_side(
-    setting: Setting,
+    setting: FormContext,
     network: Any,
     query: Query,
     target: Tensor,  # noqa: ARG001
@@ -106,7 +106,7 @@ def taught_by_seen_side(
 
 @FORMS.add("paper")
 def consistent_both_sides(
-    setting: Setting,
+    setting: FormContext,
     network: Any,
     query: Query,
     target: Tensor,  # noqa: ARG001
@@ -129,7 +129,7 @@ def consistent_both_sides(
 
 @FORMS.add("contrastive")
 def told_apart(
-    setting: Setting,  # noqa: ARG001
+    setting: FormContext,  # noqa: ARG001
     network: Any,
     query: Query,
     target: Tensor,  # noqa: ARG001
@@ -155,7 +155,7 @@ def _embedded(responses: Tensor) -> Tensor:
 
 def _both_ways(
     pattern: Tensor,
-    setting: Setting,
+    setting: FormContext,
     query: Query,
     fraction: float,
     random: torch.Generator,

@@ -3,7 +3,7 @@
 import torch
 from torch import Tensor
 
-from fields.training.query import Query
+from fields.layers.query import Query
 
 __all__ = ["moved", "random_axes"]
 

@@ -7,9 +7,9 @@ import torch
 
 from fields.field import paired_queries
 from fields.layers.harmonics import broadband_coefficients
+from fields.layers.query import Query
 from fields.render.weighting import pattern_weighting, single_harmonic
 from fields.training.network import PREDICT_ROWS, NetworkField
-from fields.training.query import Query
 from rir import GainPattern, Pose, Poses
 from rir.harmonics import harmonic_count
 
@@ -83,7 +83,7 @@ class DirectionalField(NetworkField):
         TrainingError
             If the field has no direct sound written out and none can be read.
         """
-        from fields.selfsupervised.readout import read_emitter_pattern
+        from fields.training.readout import read_emitter_pattern
 
         return read_emitter_pattern(self)
 

@@ -10,11 +10,11 @@ import torch
 from torch import Tensor, nn
 
 from fields.data import FieldData
+from fields.layers.query import Query
 from fields.plan import Progress, TrainingPlan
 from fields.training.checkpoint import read_checkpoint, write_checkpoint
 from fields.training.guards import Guards
 from fields.training.network import NetworkField
-from fields.training.query import Query
 from fields.training.ranks import Ranks
 from fields.training.schedule import batch_rows, cosine, step_random
 from rir.errors import TrainingError

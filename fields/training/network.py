@@ -11,8 +11,8 @@ from torch import Tensor, nn
 from fields.data import FieldData
 from fields.field import paired_queries
 from fields.frame import SceneFrame
+from fields.layers.query import Query
 from fields.stored import FIELD
-from fields.training.query import Query
 from rir import Pose, Poses
 
 __all__ = ["Network", "NetworkField", "load_network"]

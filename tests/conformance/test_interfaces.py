@@ -2,7 +2,7 @@ import pytest
 
 from capture.interfaces import INTERFACES, Surroundings
 from capture.interfaces.conformance import (
-    DirectSound,
+    DirectWorld,
     check_interface,
     check_interface_type,
 )
@@ -21,5 +21,5 @@ def test_every_interface_keeps_the_protocol(name: str) -> None:
 
 def test_the_simulated_one_is_an_interface_in_full() -> None:
     config = plan_session(SessionRequest("kitchen", "1"))
-    around = Surroundings(DirectSound())
+    around = Surroundings(DirectWorld())
     check_interface(INTERFACES["simulated"].open(config, around))

@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose
 
 from fields.data import prepare
 from fields.layers.hash_grid import HashGrid
+from fields.layers.query import Query
 from fields.models import avr
 from fields.models.avr import Avr, Config
 from fields.plan import TrainingPlan
@@ -18,7 +19,6 @@ from fields.render.compositing import compositing_weights, drawn_shells
 from fields.render.projection import causal_projection, causal_projection_plain
 from fields.render.rays import Shells, even_directions, random_rotation
 from fields.render.weighting import omni_weighting, pattern_weighting
-from fields.training.query import Query
 from fields.training.schedule import step_random
 
 _SPEC = importlib.util.spec_from_file_location(

@@ -8,7 +8,7 @@ import yaml
 
 from fields import FIELDS
 from fields.cli import main
-from fields.comparison import FORMS, comparison_names, load_comparisons
+from fields.comparison.config import FORMS, comparison_names, load_comparisons
 from rir.cost import CostCurve
 from rooms.builtin import SCENES
 

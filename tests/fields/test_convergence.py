@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from fields.compare_table import convergence_note
+from fields.comparison.table import convergence_note
 from fields.convergence import AT_REST, late_fall
 
 

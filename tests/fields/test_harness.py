@@ -7,7 +7,7 @@ import pytest
 import torch
 from numpy.testing import assert_allclose, assert_array_equal
 
-from fields.command import parse_seconds
+from fields.commands.train import parse_seconds
 from fields.data import prepare
 from fields.plan import TrainingPlan
 from fields.run import train_on

@@ -24,7 +24,7 @@ from capture.config import SESSION
 from capture.session.folder import SessionFolder
 from capture.session.journal import read_journal
 from fields import FIELDS, load_field
-from fields.command import RUN
+from fields.commands.train import RUN
 from fields.results import TABLE
 from fields.split import SPLIT, Split
 from fields.stored import FIELD

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from fields.comparison import CompareConfig
+from fields.comparison.config import CompareConfig
+from fields.comparison.sets import DividedSet, jitter_floor
 from fields.convergence import AT_REST, late_fall
 from fields.evaluate import METRIC_UNITS, Scores, chance_scores, compare_rows, score
 from fields.plan import TrainingPlan
 from fields.results import ResultTable
 from fields.run import train_on
-from fields.sets import Bench, jitter_floor
 from fields.watching import plot_curves
 
 __all__ = ["comparison_table", "convergence_note", "plot_comparison"]
@@ -31,7 +31,7 @@ LINES = ("nearest", "chance")
 
 
 def comparison_table(
-    config: CompareConfig, bench: Bench, rows: list[dict[str, Any]]
+    config: CompareConfig, divided: DividedSet, rows: list[dict[str, Any]]
 ) -> ResultTable:
     """Return the table of one set: methods, baselines, chance and jitter floor.
 
@@ -39,23 +39,23 @@ def comparison_table(
     ----------
     config : CompareConfig
         The comparison.
-    bench : Bench
+    divided : DividedSet
         The set.
     rows : list of dict
-        What :func:`fields.compare.run_job` returned, one a training.
+        What :func:`fields.comparison.run.run_job` returned, one a training.
     """
-    table = ResultTable(f"{config.title}: {bench.name}", bench.mark)
+    table = ResultTable(f"{config.title}: {divided.name}", divided.mark)
     for method, mine in _by_method(rows).items():
         seconds = float(np.mean([row["seconds"] for row in mine]))
         table.add(method, _mean(mine), **_checks(mine), seconds=seconds)
     for name, exchange in BASELINES.items():
         started = time.process_time()
         plan = TrainingPlan(exchange=exchange)
-        field = train_on(bench.train, name.split()[0], {}, plan)
-        found = score(field, bench.test)
+        field = train_on(divided.train, name.split()[0], {}, plan)
+        found = score(field, divided.test)
         table.add(name, found, seconds=time.process_time() - started)
-    table.add("chance", chance_scores(bench.test))
-    _add_floor(table, config, bench)
+    table.add("chance", chance_scores(divided.test))
+    _add_floor(table, config, divided)
     table.checks = {
         name: unit
         for name, unit in CHECKS.items()
@@ -63,7 +63,7 @@ def comparison_table(
     }
     seeds = ", ".join(map(str, config.seeds))
     table.notes.append(
-        f"{len(bench.train)} training rows, {len(bench.test)} rows of unseen "
+        f"{len(divided.train)} training rows, {len(divided.test)} rows of unseen "
         f"emitters; mean over seeds {seeds}, spread is their standard deviation; "
         "swap: answers compared with those for exchanged ends; train C50: the "
         "difference at training rows"
@@ -96,14 +96,14 @@ def convergence_note(rows: list[dict[str, Any]]) -> str:
     return "; ".join(told) or "every training had converged: its loss was at rest"
 
 
-def _add_floor(table: ResultTable, config: CompareConfig, bench: Bench) -> None:
-    floor = jitter_floor(bench, config.jitter_m)
+def _add_floor(table: ResultTable, config: CompareConfig, divided: DividedSet) -> None:
+    floor = jitter_floor(divided, config.jitter_m)
     if floor is None:
         table.notes.append("no floor by position jitter: the set cannot be simulated")
         return
-    rows = np.linspace(0, len(bench.test) - 1, len(floor)).astype(int)
-    truth = bench.test.responses[rows]
-    found = compare_rows(truth, floor.responses, bench.test.frame.sample_rate)
+    rows = np.linspace(0, len(divided.test) - 1, len(floor)).astype(int)
+    truth = divided.test.responses[rows]
+    found = compare_rows(truth, floor.responses, divided.test.frame.sample_rate)
     table.add(f"truth, places off by {1e3 * config.jitter_m:g} mm", found)
 
 

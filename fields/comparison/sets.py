@@ -8,13 +8,13 @@ import numpy as np
 from fields.data import FieldData, prepare
 from rir import Dataset, Poses
 
-__all__ = ["Bench", "built_in", "jitter_floor", "open_bench"]
+__all__ = ["DividedSet", "built_in", "jitter_floor", "open_divided"]
 
 FLOOR_ROWS = 48
 
 
 @dataclass(frozen=True, eq=False)
-class Bench:
+class DividedSet:
     """Hold a data set divided for a comparison.
 
     Parameters
@@ -71,7 +71,7 @@ def built_in(
     return path if path.exists() else make_dataset(recipe, path)
 
 
-def open_bench(
+def open_divided(
     path: Path,
     name: str,
     *,
@@ -80,7 +80,7 @@ def open_bench(
     seed: int = 0,
     scene: str = "",
     spread_emitters: int | None = None,
-) -> Bench:
+) -> DividedSet:
     """Open a set and divide it by its own "split" column, or by emitter.
 
     Parameters
@@ -111,7 +111,7 @@ def open_bench(
     data = prepare(dataset, train_rows=train, seed=seed)
     count = min(len(test), most_test_rows)
     test = test[np.linspace(0, len(test) - 1, count).astype(int)]
-    return Bench(name, dataset.mark, data.rows(train), data.rows(test), scene)
+    return DividedSet(name, dataset.mark, data.rows(train), data.rows(test), scene)
 
 
 def _divided(
@@ -126,22 +126,22 @@ def _divided(
     return np.array(split.train), np.array(split.test)
 
 
-def jitter_floor(bench: Bench, spread_m: float = 0.003) -> FieldData | None:
+def jitter_floor(divided: DividedSet, spread_m: float = 0.003) -> FieldData | None:
     """Return test rows simulated again with both ends a little off.
 
     No model can be asked to do better than the truth does when places are known
     to so many metres only. None for sets that are not built in.
     """
-    if not bench.scene:
+    if not divided.scene:
         return None
     from dataclasses import replace
 
     from rooms import simulate
     from rooms.builtin import load_scene
 
-    test = bench.test
+    test = divided.test
     rows = np.linspace(0, len(test) - 1, min(len(test), FLOOR_ROWS)).astype(int)
-    scene = load_scene(bench.scene)
+    scene = load_scene(divided.scene)
     frame = test.frame
     scene = replace(
         scene,

@@ -49,9 +49,9 @@ def compare_models(
     same and diff are built in: three simulated rooms, equal and unequal gain
     patterns, one table for each question. Run again, it goes on where it stopped.
     """
-    from fields.command import parse_seconds
-    from fields.compare import compare
-    from fields.comparison import load_comparisons
+    from fields.commands.train import parse_seconds
+    from fields.comparison.config import load_comparisons
+    from fields.comparison.run import compare
 
     console = make_console()
     seconds = parse_seconds(budget) if budget else None
@@ -129,19 +129,19 @@ def show_cost(
     import yaml
 
     from analysis.cost import write_cost_page
-    from fields.command import parse_seconds
+    from fields.commands.train import parse_seconds
+    from fields.comparison.sets import open_divided
     from fields.cost import measure_training
-    from fields.sets import open_bench
 
     console = make_console()
-    bench = open_bench(dataset, dataset.stem)
+    divided = open_divided(dataset, dataset.stem)
     turned = [yaml.safe_load(one) for one in values.split(",") if one]
     seconds = [parse_seconds(one) for one in budgets.split(",")]
-    curves = measure_training(bench, model, knob, turned, budgets=seconds)
+    curves = measure_training(divided, model, knob, turned, budgets=seconds)
     for curve in curves:
         name = curve.quantity.replace("*", "-true").lower()
         curve.save(out / f"cost-{name}.json")
         console.out(curve.sentence)
     page = write_cost_page(curves, out / "cost.html")
-    console.out(bench.mark, style="bold", end=" ")
+    console.out(divided.mark, style="bold", end=" ")
     console.out(f"curves: {page}")

@@ -9,27 +9,27 @@ from typing import Any
 
 import numpy as np
 
-from fields.compare_table import comparison_table, plot_comparison
-from fields.comparison import FORMS, CompareConfig, ModelConfig, SetConfig
+from fields.comparison.config import FORMS, CompareConfig, ModelConfig, SetConfig
+from fields.comparison.pattern_check import check_pattern
+from fields.comparison.sets import DividedSet, built_in, open_divided
+from fields.comparison.table import comparison_table, plot_comparison
 from fields.data import FieldData
 from fields.evaluate import METRIC_UNITS, Scores, compare_rows, score
 from fields.field import Field
-from fields.pattern_check import check_pattern
 from fields.plan import TrainingPlan
 from fields.results import ResultTable
 from fields.run import UNLIMITED_STEPS, train_on
-from fields.sets import Bench, built_in, open_bench
 from fields.table import model_config
 from fields.watching import watcher
 from rir.errors import ConfigError, UnknownNameError
 
-__all__ = ["CompareConfig", "Job", "compare", "run_job"]
+__all__ = ["CompareConfig", "TrainingJob", "compare", "run_job"]
 
 CHECKED_ROWS = 200
 
 
 @dataclass(frozen=True)
-class Job:
+class TrainingJob:
     """One training of a comparison."""
 
     set_number: int
@@ -61,12 +61,12 @@ def compare(
     out.mkdir(parents=True, exist_ok=True)
     tables = []
     for number, one in enumerate(config.sets):
-        bench = _bench(one, Path(config.cache))
+        divided = _divided_set(one, Path(config.cache))
         rows = [
-            _job_row(config, bench, job, out, tell) for job in _jobs(config, number)
+            _job_row(config, divided, job, out, tell) for job in _jobs(config, number)
         ]
-        table = comparison_table(config, bench, rows)
-        folder = out / bench.name
+        table = comparison_table(config, divided, rows)
+        folder = out / divided.name
         folder.mkdir(exist_ok=True)
         table.save(folder)
         plot_comparison(folder / "seconds.png", table, rows)
@@ -91,15 +91,18 @@ def _check(config: CompareConfig) -> None:
 
 
 def run_job(
-    bench: Bench, job: Job, config: CompareConfig, folder: Path | None = None
+    divided: DividedSet,
+    job: TrainingJob,
+    config: CompareConfig,
+    folder: Path | None = None,
 ) -> dict[str, Any]:
     """Train and score one field; returns the row.
 
     Parameters
     ----------
-    bench : Bench
+    divided : DividedSet
         Data.
-    job : Job
+    job : TrainingJob
         What to train.
     config : CompareConfig
         The comparison it belongs to.
@@ -107,28 +110,28 @@ def run_job(
         For checkpoints; an interrupted job goes on from there.
     """
     field = train_on(
-        bench.train,
+        divided.train,
         job.model.model,
         job.model.config,
-        _plan(bench, job, config, folder),
+        _plan(divided, job, config, folder),
         job.model.preset,
     )
     report = getattr(field, "report", {})
     return {
         "method": job.method,
         "seed": job.seed,
-        **score(field, bench.test),
-        "swap": _swap_gap(field, bench.test),
-        "swap seen": _swap_gap(field, bench.train),
-        "pattern": check_pattern(field, bench.test),
-        "train": score(field, bench.train.rows(_spread(bench.train))),
+        **score(field, divided.test),
+        "swap": _swap_gap(field, divided.test),
+        "swap seen": _swap_gap(field, divided.train),
+        "pattern": check_pattern(field, divided.test),
+        "train": score(field, divided.train.rows(_spread(divided.train))),
         "report": report,
         "seconds": report.get("seconds", job.budget_s),
     }
 
 
 def _plan(
-    bench: Bench, job: Job, config: CompareConfig, folder: Path | None
+    divided: DividedSet, job: TrainingJob, config: CompareConfig, folder: Path | None
 ) -> TrainingPlan:
     form = FORMS[job.form]
     plan = TrainingPlan(
@@ -142,7 +145,7 @@ def _plan(
         seed=job.seed,
         out=folder,
         resume=folder is not None,
-        watch=watcher(bench.test),
+        watch=watcher(divided.test),
     )
     if config.epochs is None:
         return plan
@@ -161,12 +164,12 @@ def _spread(data: Any) -> np.ndarray:
     return np.linspace(0, len(data) - 1, min(len(data), CHECKED_ROWS)).astype(int)
 
 
-def _bench(one: SetConfig, cache: Path) -> Bench:
+def _divided_set(one: SetConfig, cache: Path) -> DividedSet:
     if one.path:
         path = Path(one.path)
     else:
         path = built_in(one.scene, one.gains, one.listeners, cache, fewer=one.fewer)
-    return open_bench(
+    return open_divided(
         path,
         one.title,
         train_emitters=one.train_emitters,
@@ -176,15 +179,15 @@ def _bench(one: SetConfig, cache: Path) -> Bench:
     )
 
 
-def _jobs(config: CompareConfig, number: int) -> Iterator[Job]:
+def _jobs(config: CompareConfig, number: int) -> Iterator[TrainingJob]:
     for seed in config.seeds:
         for model in config.models:
             for form in model.forms:
                 budget = model.budget_s or config.budget_s
-                yield Job(number, model, form, seed, budget)
+                yield TrainingJob(number, model, form, seed, budget)
 
 
-def _key(config: CompareConfig, job: Job) -> str:
+def _key(config: CompareConfig, job: TrainingJob) -> str:
     from hashlib import sha256
 
     told = {
@@ -201,8 +204,8 @@ def _key(config: CompareConfig, job: Job) -> str:
 
 def _job_row(
     config: CompareConfig,
-    bench: Bench,
-    job: Job,
+    divided: DividedSet,
+    job: TrainingJob,
     out: Path,
     tell: Callable[[str], None],
 ) -> dict[str, Any]:
@@ -211,11 +214,11 @@ def _job_row(
         return json.loads(path.read_text())
     path.parent.mkdir(parents=True, exist_ok=True)
     checkpoints = path.with_suffix("")
-    row = run_job(bench, job, config, checkpoints)
+    row = run_job(divided, job, config, checkpoints)
     waiting = path.with_suffix(".part")
     waiting.write_text(json.dumps(row))
     waiting.replace(path)
     shutil.rmtree(checkpoints, ignore_errors=True)
     figures = ", ".join(f"{name} {row[name]:.3f}" for name in METRIC_UNITS)
-    tell(f"{bench.name}: {job.method}, seed {job.seed}: {figures}")
+    tell(f"{divided.name}: {job.method}, seed {job.seed}: {figures}")
     return row

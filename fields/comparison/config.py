@@ -27,7 +27,7 @@ FORMS = {
     "ssl-teacher": {"self_supervised": "teacher"},
     "contrastive": {"self_supervised": "contrastive"},
 }
-FOLDER = Path(__file__).with_name("comparisons")
+FOLDER = Path(__file__).parent
 PAPER_LISTENERS = 5000
 PAPER_EPOCHS = 200.0
 

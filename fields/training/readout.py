@@ -8,8 +8,8 @@ import torch
 
 from fields.layers.direct import ORDER
 from fields.layers.harmonics import harmonics
+from fields.layers.query import Query
 from fields.render.rays import even_directions
-from fields.training.query import Query
 from rir import GainPattern, Poses
 
 __all__ = ["network_pattern", "read_emitter_pattern"]

@@ -1,0 +1,1 @@
+"""Models x forms x seeds over data sets: what train-field compare runs."""
