@@ -5,7 +5,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from analysis.report.study import StudyOptions
-from analysis.report.write import write_report
+from analysis.report.write import build_report, write_files
 from rir.command import make_console
 from rir.dataset import Dataset
 from rir.errors import DatasetError
@@ -22,22 +22,18 @@ def make_report(
     figures: bool = False,
 ) -> dict[str, Path]:
     """Write the report and say where it is."""
-    import json
-
     screen = make_console()
     first = Path(sessions[0])
     folder = out or (first if first.is_dir() else first.parent) / "report"
-    paths = write_report(
+    studies, report = build_report(
         open_sessions(sessions),
-        folder,
         title=title,
         options=options,
-        figures=figures,
         created_utc=datetime.now(UTC).isoformat(timespec="seconds"),
     )
-    said = json.loads(paths["json"].read_text(encoding="utf-8"))
-    screen.out(said["mark"], style="bold")
-    for line in said["verdicts"]:
+    paths = write_files(report, studies, folder, figures=figures)
+    screen.out(report.mark, style="bold")
+    for line in report.verdicts:
         screen.out(line)
     for path in paths.values():
         screen.out(f"wrote {path}")
@@ -65,7 +61,8 @@ def compare_two(first: Path, second: Path, out: Path, seed: int) -> Path:
     """Compare two reports, print the lines, write the page."""
     import numpy as np
 
-    from analysis.report.compare import compare_reports, load_report, write_comparison
+    from analysis.report.compare import compare_reports, write_comparison
+    from analysis.report.contents import load_report
     from analysis.report.tables import number
 
     reports = [load_report(path) for path in (first, second)]

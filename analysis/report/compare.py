@@ -11,34 +11,17 @@ from typing import Any
 import numpy as np
 
 from analysis.report.chapters import mark_banner
+from analysis.report.contents import Report, RoomSummary, without_nan
 from analysis.report.tables import number
-from analysis.report.write import REPORT
 from analysis.statistics import interval_of_pseudo_values
 from rir.arrays import FloatArray
 from rir.errors import DatasetError
 
-__all__ = ["compare_reports", "load_report", "write_comparison"]
-
-
-def load_report(path: str | Path) -> dict[str, Any]:
-    """Read ``report.json``, or the one in a report's folder.
-
-    Raises
-    ------
-    DatasetError
-        If it is not a report, or newer than this program.
-    """
-    place = Path(path)
-    place = place / "report.json" if place.is_dir() else place
-    try:
-        data = json.loads(place.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise DatasetError(f"cannot read {place} as a report: {error}") from error
-    return REPORT.open(data, place)
+__all__ = ["compare_reports", "write_comparison"]
 
 
 def compare_reports(
-    first: Mapping[str, Any], second: Mapping[str, Any], rng: np.random.Generator
+    first: Report, second: Report, rng: np.random.Generator
 ) -> list[dict[str, Any]]:
     """Return one line for each room and metric that both reports have.
 
@@ -46,8 +29,7 @@ def compare_reports(
 
     Parameters
     ----------
-    first, second : mapping
-        Reports as `load_report` returns them.
+    first, second : Report
     rng : numpy.random.Generator
         Draws the bootstrap resamples.
 
@@ -64,33 +46,33 @@ def compare_reports(
         If the reports use different flavours of the metrics.
     """
     lines = []
-    for a, b in _common_rooms(first["rooms"], second["rooms"]):
-        if a["flavour"] != b["flavour"]:
+    for a, b in _common_rooms(first.rooms, second.rooms):
+        if a.flavour != b.flavour:
             raise DatasetError(
-                f"the reports use different metrics ({a['flavour']} and "
-                f"{b['flavour']}): make both with one --flavour"
+                f"the reports use different metrics ({a.flavour} and "
+                f"{b.flavour}): make both with one --flavour"
             )
-        same = [p["pair"] for p in a["pairs"]] == [p["pair"] for p in b["pairs"]]
-        places = [p["a"] + p["b"] for p in a["pairs"]]
-        moved = [p["a"] + p["b"] for p in b["pairs"]]
+        same = [p.pair for p in a.pairs] == [p.pair for p in b.pairs]
+        places = [p.a + p.b for p in a.pairs]
+        moved = [p.a + p.b for p in b.pairs]
         matched = same and np.allclose(places, moved, atol=0.02)
-        for symbol in (s for s in a["metrics"] if s in b["metrics"]):
+        for symbol in (s for s in a.metrics if s in b.metrics):
             lines.append(_line(symbol, a, b, matched, rng))
     return lines
 
 
 def _common_rooms(
-    first: Sequence[Mapping[str, Any]], second: Sequence[Mapping[str, Any]]
-) -> list[tuple[Mapping[str, Any], Mapping[str, Any]]]:
-    names = {room["room"]: room for room in second}
-    common = [(room, names[room["room"]]) for room in first if room["room"] in names]
+    first: Sequence[RoomSummary], second: Sequence[RoomSummary]
+) -> list[tuple[RoomSummary, RoomSummary]]:
+    names = {room.room: room for room in second}
+    common = [(room, names[room.room]) for room in first if room.room in names]
     return common or list(zip(first, second, strict=False))
 
 
 def _line(
     symbol: str,
-    a: Mapping[str, Any],
-    b: Mapping[str, Any],
+    a: RoomSummary,
+    b: RoomSummary,
     matched: bool,
     rng: np.random.Generator,
 ) -> dict[str, Any]:
@@ -104,24 +86,23 @@ def _line(
     elif low > 1:
         said = "the first is closer"
     return {
-        "room": a["room"] if a["room"] == b["room"] else f"{a['room']} / {b['room']}",
-        "marks": [a["mark"], b["mark"]],
+        "room": a.room if a.room == b.room else f"{a.room} / {b.room}",
+        "marks": [a.mark, b.mark],
         "metric": symbol,
-        "unit": a["metrics"][symbol]["unit"],
+        "unit": a.metrics[symbol].unit,
         "first": means[0],
         "second": means[1],
         "change": change,
         "low": low,
         "high": high,
-        "ratio_first": a["metrics"][symbol]["ratio"],
-        "ratio_second": b["metrics"][symbol]["ratio"],
+        "ratio_first": a.metrics[symbol].ratio,
+        "ratio_second": b.metrics[symbol].ratio,
         "words": said,
     }
 
 
-def _distances(room: Mapping[str, Any], symbol: str) -> FloatArray:
-    values = [pair["distances"][symbol] for pair in room["pairs"]]
-    return np.array([np.nan if v is None else v for v in values], dtype=float)
+def _distances(room: RoomSummary, symbol: str) -> FloatArray:
+    return np.array([pair.distances[symbol] for pair in room.pairs], dtype=float)
 
 
 def _interval(
@@ -180,8 +161,6 @@ def write_comparison(
         "</tbody></table></div></body></html>\n",
         encoding="utf-8",
     )
-    from analysis.report.summary import without_nan
-
     beside = target.with_suffix(".json")
     beside.write_text(json.dumps(without_nan(list(lines)), indent=1) + "\n")
     return target

@@ -1,11 +1,11 @@
 """Maps: where the pairs stand in the room, and where the directions agree."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from html import escape
-from typing import Any
 
 from analysis.report.charts import FORWARD, svg, svg_text
+from analysis.report.contents import Coherence, PairSummary
 
 __all__ = ["coherence_chart", "position_map"]
 
@@ -13,7 +13,7 @@ ODD = "#b3261e"
 
 
 def position_map(
-    room: str, pairs: Sequence[Mapping[str, Any]], size: Sequence[float] | None
+    room: str, pairs: Sequence[PairSummary], size: Sequence[float] | None
 ) -> str:
     """Draw the pairs from above; a line is a pair, red if something is wrong.
 
@@ -21,12 +21,11 @@ def position_map(
     ----------
     room : str
         Name of the room.
-    pairs : sequence of mapping
-        Summaries with ``a``, ``b``, ``pair`` and ``faults``.
+    pairs : sequence of PairSummary
     size : sequence of float, optional
         Edges of the room [m], where known.
     """
-    points = [p[end] for p in pairs for end in ("a", "b")]
+    points = [place for p in pairs for place in (p.a, p.b)]
     if size is not None:
         points += [[0.0, 0.0], list(size[:2])]
     low = [min(p[k] for p in points) for k in (0, 1)]
@@ -45,9 +44,7 @@ def position_map(
             f'<rect x="{x0:.1f}" y="{y0:.1f}" width="{x1 - x0:.1f}"'
             f' height="{y1 - y0:.1f}" fill="none" stroke="currentColor" opacity=".5"/>'
         )
-    body += [
-        _pair_line(k, p, place(p["a"]), place(p["b"])) for k, p in enumerate(pairs)
-    ]
+    body += [_pair_line(k, p, place(p.a), place(p.b)) for k, p in enumerate(pairs)]
     metre = scale * (1 if wide < 20 else 10)
     body.append(f'<path d="M25 {height - 6:.0f}h{metre:.1f}" stroke="currentColor"/>')
     said = "1 m" if wide < 20 else "10 m"
@@ -57,12 +54,12 @@ def position_map(
 
 def _pair_line(
     index: int,
-    pair: Mapping[str, Any],
+    pair: PairSummary,
     a: tuple[float, float],
     b: tuple[float, float],
 ) -> str:
-    color = ODD if pair["faults"] else FORWARD
-    words = escape(f"pair {pair['pair']} {pair.get('note', '')}".strip())
+    color = ODD if pair.faults else FORWARD
+    words = escape(f"pair {pair.pair} {pair.note}".strip())
     return (
         f'<g data-pair="{index}" stroke="{color}" fill="{color}"><title>{words}</title>'
         f'<path d="M{a[0]:.1f} {a[1]:.1f}L{b[0]:.1f} {b[1]:.1f}" stroke-width="1.5"'
@@ -74,19 +71,21 @@ def _pair_line(
     )
 
 
-def coherence_chart(title: str, table: Mapping[str, Any], kind: str) -> str:
+def coherence_chart(
+    title: str, table: Coherence, values: Sequence[Sequence[float]]
+) -> str:
     """Draw the correlation of the directions over octaves and time windows.
 
     Parameters
     ----------
     title : str
         Heading.
-    table : mapping
-        ``octaves_hz``, ``edges_ms`` and the values under `kind`.
-    kind : {"as_recorded", "matched"}
-        Which correlation to draw.
+    table : Coherence
+        Has the octaves and the edges of the windows.
+    values : sequence of sequence of float
+        The correlation to draw, by octave and window.
     """
-    octaves, edges, values = table["octaves_hz"], table["edges_ms"], table[kind]
+    octaves, edges = table.octaves_hz, table.edges_ms
     body = [svg_text(4, 14, title, size=12)]
     wide, tall = 280 / max(1, len(edges) - 1), 20
     bottom = 26 + tall * len(octaves)

@@ -13,13 +13,13 @@ from analysis.report.chapters import (
     overview_chapter,
     room_chapter,
 )
-from analysis.report.summary import without_nan
+from analysis.report.contents import Report, without_nan
 
 __all__ = ["render_page"]
 
 
 def render_page(
-    report: Mapping[str, Any],
+    report: Report,
     figures: Sequence[Mapping[str, str]],
     pictures: Sequence[Mapping[str, Any]],
 ) -> str:
@@ -27,8 +27,7 @@ def render_page(
 
     Parameters
     ----------
-    report : mapping
-        What the JSON file holds.
+    report : Report
     figures : sequence of mapping
         For each room, SVG texts by name.
     pictures : sequence of mapping
@@ -37,21 +36,19 @@ def render_page(
     here = files("analysis.report")
     template = Template((here / "page.html").read_text(encoding="utf-8"))
     data = json.dumps(without_nan({"rooms": list(pictures)}), separators=(",", ":"))
-    verdicts = (f'<p class="verdict">{escape(v)}</p>' for v in report["verdicts"])
+    verdicts = (f'<p class="verdict">{escape(v)}</p>' for v in report.verdicts)
     rooms = (
         room_chapter(index, room, drawn)
-        for index, (room, drawn) in enumerate(
-            zip(report["rooms"], figures, strict=True)
-        )
+        for index, (room, drawn) in enumerate(zip(report.rooms, figures, strict=True))
     )
     return template.substitute(
-        title=escape(report["title"]),
-        generator=escape(report["software"]),
+        title=escape(report.title),
+        generator=escape(report.software),
         css=(here / "page.css").read_text(encoding="utf-8"),
         js=(here / "page.js").read_text(encoding="utf-8"),
-        mark=mark_banner(report["mark"]),
+        mark=mark_banner(report.mark),
         verdicts="".join(verdicts),
-        overview=overview_chapter(report["rooms"]),
+        overview=overview_chapter(report.rooms),
         rooms="".join(rooms),
         methods=methods_chapter(report),
         # The only sequence that could end the script element early.

@@ -1,11 +1,10 @@
 """How good a session was, from what it logged of itself."""
 
-from typing import Any
-
 import numpy as np
 
 from analysis.likeness.room import noise_levels
 from analysis.reciprocity import RoomDistances
+from analysis.report.contents import SessionQuality, Span
 from rir.dataset import Dataset
 
 __all__ = ["session_quality"]
@@ -20,7 +19,7 @@ _NOT_QUALITY = {
 }
 
 
-def session_quality(dataset: Dataset, room: RoomDistances) -> dict[str, Any]:
+def session_quality(dataset: Dataset, room: RoomDistances) -> SessionQuality:
     """Return takes, noise, and the range of every number the session logged.
 
     Parameters
@@ -42,19 +41,19 @@ def session_quality(dataset: Dataset, room: RoomDistances) -> dict[str, Any]:
             for part in np.array_split(used, max(1, len(used) // 64))
         ]
     )
-    return {
-        "sessions": sorted(sessions),
-        "takes": len(rows),
-        "takes_rejected": int(np.sum(~accepted)),
-        "takes_used": len(used),
-        "sample_rate_hz": dataset.sample_rate,
-        "duration_s": dataset.n_samples / dataset.sample_rate,
-        "noise_floor_db": _range(noise),
-        "logged": _logged(dataset, rows),
-    }
+    return SessionQuality(
+        sessions=sorted(sessions),
+        takes=len(rows),
+        takes_rejected=int(np.sum(~accepted)),
+        takes_used=len(used),
+        sample_rate_hz=dataset.sample_rate,
+        duration_s=dataset.n_samples / dataset.sample_rate,
+        noise_floor_db=_span(noise),
+        logged=_logged(dataset, rows),
+    )
 
 
-def _logged(dataset: Dataset, rows: np.ndarray) -> dict[str, dict[str, float]]:
+def _logged(dataset: Dataset, rows: np.ndarray) -> dict[str, Span]:
     logged = {}
     for name, column in dataset.table.items():
         values = np.asarray(column)[rows]
@@ -62,16 +61,12 @@ def _logged(dataset: Dataset, rows: np.ndarray) -> dict[str, dict[str, float]]:
             continue
         numbers = values.astype(float)
         if np.isfinite(numbers).any():
-            logged[name] = _range(numbers)
+            logged[name] = _span(numbers)
     return logged
 
 
-def _range(values: np.ndarray) -> dict[str, float]:
+def _span(values: np.ndarray) -> Span:
     kept = values[np.isfinite(values)]
     if not len(kept):
-        return {"low": np.nan, "median": np.nan, "high": np.nan}
-    return {
-        "low": float(kept.min()),
-        "median": float(np.median(kept)),
-        "high": float(kept.max()),
-    }
+        return Span(np.nan, np.nan, np.nan)
+    return Span(float(kept.min()), float(np.median(kept)), float(kept.max()))

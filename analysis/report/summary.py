@@ -1,24 +1,30 @@
-"""The numbers of a report, as plain data: what the JSON file holds."""
+"""The numbers of a report."""
 
 import math
-from dataclasses import asdict
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
 from analysis.metrics import METRICS
+from analysis.report.contents import (
+    Coherence,
+    Exclusion,
+    MetricSummary,
+    PairSummary,
+    RoomSummary,
+)
 from analysis.report.quality import session_quality
 from analysis.report.study import RoomStudy, pair_names
 from analysis.statistics import Estimate, estimate_mean, ratio_of_means, superiority
 from rir.arrays import FloatArray
 
-__all__ = ["room_summary", "without_nan"]
+__all__ = ["room_summary"]
 
 TABLE_SYMBOLS = ("Amp", "Env", "T60", "C50", "EDT")
 """The metrics of the paper's verification table; the verdict rests on them."""
 
 
-def room_summary(study: RoomStudy, rng: np.random.Generator) -> dict[str, Any]:
+def room_summary(study: RoomStudy, rng: np.random.Generator) -> RoomSummary:
     """Return everything the report says of a room.
 
     Parameters
@@ -30,62 +36,59 @@ def room_summary(study: RoomStudy, rng: np.random.Generator) -> dict[str, Any]:
     """
     room = study.distances
     metrics = {s: _metric_summary(s, study, rng) for s in room.paired}
-    ratios = [metrics[s]["ratio"] for s in TABLE_SYMBOLS if s in metrics]
-    return {
-        "room": room.room,
-        "mark": room.mark,
-        "flavour": room.flavour,
-        "n_pairs": len(room.pairs),
-        "n_unpaired": len(room.strangers),
-        "excluded": [{"pair": p, "reason": why} for p, why in room.excluded],
-        "metrics": metrics,
-        "ratio": _geometric_mean(ratios),
-        "position_mm": study.position_mm,
-        "ratio_without_outliers": _geometric_mean(
-            [
-                _ratio(m["unpaired"]["mean"], m["paired_sound"]["mean"])
-                for m in (metrics[s] for s in TABLE_SYMBOLS if s in metrics)
-            ]
+    table = [metrics[s] for s in TABLE_SYMBOLS if s in metrics]
+    return RoomSummary(
+        room=room.room,
+        mark=room.mark,
+        flavour=room.flavour,
+        n_pairs=len(room.pairs),
+        n_unpaired=len(room.strangers),
+        excluded=[Exclusion(pair, why) for pair, why in room.excluded],
+        metrics=metrics,
+        ratio=_geometric_mean([m.ratio for m in table]),
+        position_mm=study.position_mm,
+        ratio_without_outliers=_geometric_mean(
+            [_ratio(m.unpaired.mean, m.paired_sound.mean) for m in table]
         ),
-        "typical": asdict(study.likeness.typical),
-        "unequal_patterns": study.likeness.share("pattern"),
-        "coherence": _coherence(study),
-        "quality": session_quality(study.dataset, room),
-        "pairs": [
+        typical=study.likeness.typical,
+        unequal_patterns=study.likeness.share("pattern"),
+        coherence=_coherence(study),
+        quality=session_quality(study.dataset, room),
+        pairs=[
             _pair_summary(study, k, n)
             for k, n in enumerate(pair_names(study.dataset, room))
         ],
-    }
+    )
 
 
-def _pair_summary(study: RoomStudy, k: int, name: str) -> dict[str, Any]:
+def _pair_summary(study: RoomStudy, k: int, name: str) -> PairSummary:
     room, fit = study.distances, study.likeness.fits[k]
     pair = room.pairs[k]
     emitter = study.dataset.emitters.positions[int(pair.forward[0])]
     listener = study.dataset.listeners.positions[int(pair.forward[0])]
-    return {
-        "pair": name,
-        "session": pair.session,
-        "takes": [len(pair.forward), len(pair.reverse)],
-        "a": [float(x) for x in emitter],
-        "b": [float(x) for x in listener],
-        "distances": {
+    return PairSummary(
+        pair=name,
+        session=pair.session,
+        takes=[len(pair.forward), len(pair.reverse)],
+        a=[float(x) for x in emitter],
+        b=[float(x) for x in listener],
+        distances={
             s: float(METRICS[s].table_factor * values[k].mean())
             for s, values in room.paired.items()
         },
-        "gain_db": fit.gain_db,
-        "temperature_change_k": fit.temperature_change,
-        "logged_temperature_change_k": float(study.warming[k]),
-        "delay_us": 1e6 * fit.delay,
-        "noise_db": [float(level) for level in study.likeness.noise_db[k]],
-        "faults": [asdict(fault) for fault in study.likeness.faults[k]],
-        "note": "; ".join(fault.words for fault in study.likeness.faults[k]),
-    }
+        gain_db=fit.gain_db,
+        temperature_change_k=fit.temperature_change,
+        logged_temperature_change_k=float(study.warming[k]),
+        delay_us=1e6 * fit.delay,
+        noise_db=[float(level) for level in study.likeness.noise_db[k]],
+        faults=study.likeness.faults[k],
+        note="; ".join(fault.words for fault in study.likeness.faults[k]),
+    )
 
 
 def _metric_summary(
     symbol: str, study: RoomStudy, rng: np.random.Generator
-) -> dict[str, Any]:
+) -> MetricSummary:
     metric, room = METRICS[symbol], study.distances
     own = np.arange(len(room.pairs))[:, None]
     both = room.paired[symbol].mean(axis=1)
@@ -95,34 +98,34 @@ def _metric_summary(
     low, high = ratio_of_means(both, own, strangers, room.strangers, rng)
     sound = np.array([not found for found in study.likeness.faults])
     orders = [metric.table_factor * _nanmean(room.paired[symbol][:, k]) for k in (0, 1)]
-    return {
-        "title": metric.title,
-        "unit": metric.table_unit,
-        "version": metric.flavour(room.flavour).version,
-        "paired": _in_table_unit(paired, metric.table_factor),
-        "paired_sound": _in_table_unit(
+    return MetricSummary(
+        title=metric.title,
+        unit=metric.table_unit,
+        version=metric.flavour(room.flavour).version,
+        paired=_scaled(paired, metric.table_factor),
+        paired_sound=_scaled(
             estimate_mean(both[sound], own[sound], rng), metric.table_factor
         ),
-        "unpaired": _in_table_unit(unpaired, metric.table_factor),
-        "floor": metric.table_factor * study.floor[symbol],
-        "paired_by_truth": {"forward": orders[0], "reverse": orders[1]},
-        "ratio": _ratio(unpaired.mean, paired.mean),
-        "ratio_low": low,
-        "ratio_high": high,
-        "superiority": superiority(both, strangers),
-    }
+        unpaired=_scaled(unpaired, metric.table_factor),
+        floor=metric.table_factor * study.floor[symbol],
+        paired_by_truth={"forward": orders[0], "reverse": orders[1]},
+        ratio=_ratio(unpaired.mean, paired.mean),
+        ratio_low=low,
+        ratio_high=high,
+        superiority=superiority(both, strangers),
+    )
 
 
-def _coherence(study: RoomStudy) -> dict[str, Any]:
+def _coherence(study: RoomStudy) -> Coherence:
     """Average the correlations over pairs, by octave and time window."""
     fits = study.likeness.fits
     longest = max(fits, key=lambda fit: len(fit.edges))
-    return {
-        "octaves_hz": [float(f) for f in longest.centers],
-        "edges_ms": [1000 * float(t) for t in np.maximum(longest.edges, 0)],
-        "as_recorded": _mean_over([f.coherence for f in fits]),
-        "matched": _mean_over([f.matched for f in fits]),
-    }
+    return Coherence(
+        octaves_hz=[float(f) for f in longest.centers],
+        edges_ms=[1000 * float(t) for t in np.maximum(longest.edges, 0)],
+        as_recorded=_mean_over([f.coherence for f in fits]),
+        matched=_mean_over([f.matched for f in fits]),
+    )
 
 
 def _mean_over(tables: list[FloatArray]) -> list[list[float]]:
@@ -138,11 +141,15 @@ def _mean_over(tables: list[FloatArray]) -> list[list[float]]:
     return [[float(v) for v in row] for row in mean]
 
 
-def _in_table_unit(estimate: Estimate, factor: float) -> dict[str, Any]:
-    values = asdict(estimate)
-    for key in ("mean", "deviation", "median", "low", "high"):
-        values[key] *= factor
-    return values
+def _scaled(estimate: Estimate, factor: float) -> Estimate:
+    return replace(
+        estimate,
+        mean=factor * estimate.mean,
+        deviation=factor * estimate.deviation,
+        median=factor * estimate.median,
+        low=factor * estimate.low,
+        high=factor * estimate.high,
+    )
 
 
 def _nanmean(values: FloatArray) -> float:
@@ -164,20 +171,3 @@ def _geometric_mean(ratios: list[float]) -> float:
     if not kept:
         return math.nan
     return math.exp(sum(math.log(max(r, 1e-12)) for r in kept) / len(kept))
-
-
-def without_nan(value: Any) -> Any:
-    """Return plain data with null for every number that is not finite.
-
-    Examples
-    --------
-    >>> without_nan({"a": [1.0, float("nan")]})
-    {'a': [1.0, None]}
-    """
-    if isinstance(value, dict):
-        return {key: without_nan(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [without_nan(item) for item in value]
-    if isinstance(value, float | np.floating):
-        return float(value) if math.isfinite(value) else None
-    return value.item() if isinstance(value, np.generic) else value

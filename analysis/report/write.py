@@ -1,7 +1,6 @@
 """Put a report together and write its files."""
 
-import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,20 +15,18 @@ from analysis.report.charts import (
     strip_chart,
     waveform_chart,
 )
+from analysis.report.contents import Report, RoomSummary, report_json
 from analysis.report.maps import coherence_chart, position_map
 from analysis.report.page import render_page
 from analysis.report.pictures import WAVE_SECONDS, packed_pair
 from analysis.report.study import RoomStudy, StudyOptions, study_rooms
-from analysis.report.summary import room_summary, without_nan
+from analysis.report.summary import room_summary
 from analysis.report.tables import csv_table, latex_table, pair_csv
 from analysis.report.verdict import verdict
 from rir.dataset import Dataset
 from rir.records import software_version
-from rir.schema import Schema
 
-__all__ = ["REPORT", "write_report"]
-
-REPORT = Schema("reciprocity report", 1, format="resounding-report")
+__all__ = ["build_report", "write_files", "write_report"]
 
 
 def write_report(
@@ -67,35 +64,55 @@ def write_report(
     dict of str to Path
         The files made, by kind.
     """
+    studies, report = build_report(
+        datasets, title=title, options=options, created_utc=created_utc
+    )
+    return write_files(report, studies, Path(folder), figures=figures)
+
+
+def build_report(
+    datasets: Sequence[Dataset],
+    *,
+    title: str,
+    options: StudyOptions | None,
+    created_utc: str,
+) -> tuple[list[RoomStudy], Report]:
+    """Study every room; return the studies and the report of them."""
     chosen = options or StudyOptions()
     rng = np.random.default_rng(chosen.seed)
     studies = study_rooms(datasets, chosen, rng)
     rooms = [room_summary(study, rng) for study in studies]
-    report = {
-        **REPORT.stamp,
-        "title": title,
-        "software": software_version(),
-        "created_utc": created_utc,
-        "mark": " and ".join(sorted({room["mark"] for room in rooms})),
-        "verdicts": [verdict(room) for room in rooms],
-        "methods": _methods(chosen),
-        "rooms": rooms,
-    }
-    drawn = [room_figures(s, room) for s, room in zip(studies, rooms, strict=True)]
-    pictures = [_pictures(s, room) for s, room in zip(studies, rooms, strict=True)]
-    paths = _write(Path(folder), report, render_page(report, drawn, pictures))
+    return studies, Report(
+        title=title,
+        software=software_version(),
+        created_utc=created_utc,
+        mark=" and ".join(sorted({room.mark for room in rooms})),
+        verdicts=[verdict(room) for room in rooms],
+        methods=_methods(chosen),
+        rooms=rooms,
+    )
+
+
+def write_files(
+    report: Report, studies: Sequence[RoomStudy], folder: Path, *, figures: bool = False
+) -> dict[str, Path]:
+    """Write the files of a report; return them by kind."""
+    told = list(zip(studies, report.rooms, strict=True))
+    drawn = [room_figures(study, room) for study, room in told]
+    pictures = [_pictures(study, room) for study, room in told]
+    paths = _write(folder, report, render_page(report, drawn, pictures))
     if figures:
         from analysis.report.figures import write_figures
 
-        paths["figures"] = write_figures(Path(folder) / "figures", studies, drawn)
+        paths["figures"] = write_figures(folder / "figures", studies, drawn)
     return paths
 
 
-def _write(folder: Path, report: Mapping[str, Any], page: str) -> dict[str, Path]:
+def _write(folder: Path, report: Report, page: str) -> dict[str, Path]:
     folder.mkdir(parents=True, exist_ok=True)
     texts = {
         "report.html": page,
-        "report.json": json.dumps(without_nan(report), indent=1) + "\n",
+        "report.json": report_json(report),
         "report.csv": csv_table(report),
         "report.tex": latex_table(report),
         "pairs.csv": pair_csv(report),
@@ -144,7 +161,7 @@ def _methods(options: StudyOptions) -> dict[str, str]:
     }
 
 
-def room_figures(study: RoomStudy, summary: Mapping[str, Any]) -> dict[str, str]:
+def room_figures(study: RoomStudy, summary: RoomSummary) -> dict[str, str]:
     """Return the figures of a room as SVG texts by name."""
     room, dataset = study.distances, study.dataset
     forward, reverse = study.takes(0)
@@ -160,10 +177,13 @@ def room_figures(study: RoomStudy, summary: Mapping[str, Any]) -> dict[str, str]
         )
         for name, (title, other) in curves.items()
     }
-    drawn["map"] = position_map(room.room, summary["pairs"], _size(study))
-    titles = {"as_recorded": "Coherence as recorded", "matched": "Coherence, matched"}
-    for kind, title in titles.items():
-        drawn[f"coherence-{kind}"] = coherence_chart(title, summary["coherence"], kind)
+    drawn["map"] = position_map(room.room, summary.pairs, _size(study))
+    table = summary.coherence
+    for kind, title, values in (
+        ("as_recorded", "Coherence as recorded", table.as_recorded),
+        ("matched", "Coherence, matched", table.matched),
+    ):
+        drawn[f"coherence-{kind}"] = coherence_chart(title, table, values)
     for symbol, values in room.paired.items():
         metric = METRICS[symbol]
         drawn[symbol] = strip_chart(
@@ -171,7 +191,7 @@ def room_figures(study: RoomStudy, summary: Mapping[str, Any]) -> dict[str, str]
             metric.table_unit,
             metric.table_factor * values.mean(axis=1),
             metric.table_factor * room.unpaired[symbol],
-            [pair["pair"] for pair in summary["pairs"]],
+            [pair.pair for pair in summary.pairs],
         )
     return drawn
 
@@ -183,7 +203,7 @@ def _size(study: RoomStudy) -> Sequence[float] | None:
     return None
 
 
-def _pictures(study: RoomStudy, summary: Mapping[str, Any]) -> dict[str, Any]:
+def _pictures(study: RoomStudy, summary: RoomSummary) -> dict[str, Any]:
     rate = study.dataset.sample_rate
     duration = study.dataset.n_samples / rate
     return {
@@ -192,7 +212,7 @@ def _pictures(study: RoomStudy, summary: Mapping[str, Any]) -> dict[str, Any]:
         "wave_seconds": min(WAVE_SECONDS, duration),
         "nyquist": rate / 2,
         "pairs": [
-            {"pair": p["pair"], "note": p["note"], **packed_pair(*study.takes(k), rate)}
-            for k, p in enumerate(summary["pairs"])
+            {"pair": p.pair, "note": p.note, **packed_pair(*study.takes(k), rate)}
+            for k, p in enumerate(summary.pairs)
         ],
     }

@@ -7,7 +7,8 @@ import pytest
 
 from analysis.cli import main
 from analysis.report import StudyOptions, write_report
-from analysis.report.compare import compare_reports, load_report
+from analysis.report.compare import compare_reports
+from analysis.report.contents import load_report
 from rir import DatasetError
 
 

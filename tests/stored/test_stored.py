@@ -18,8 +18,8 @@ import pytest
 import yaml
 
 import rir.layout
-from analysis.report.compare import compare_reports, load_report
-from analysis.report.write import REPORT
+from analysis.report.compare import compare_reports
+from analysis.report.contents import REPORT, load_report
 from capture.config import SESSION
 from capture.session.folder import SessionFolder
 from capture.session.journal import read_journal
