@@ -14,9 +14,9 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.likeness.trials import TrialBox, trial_session
 from analysis.reciprocity import distance_matrix
 from analysis.statistics import estimate_mean, ratio_of_means
+from hard_cases.trials import TrialBox, trial_session
 from harness import make_parser, write_results
 
 FloatArray = NDArray[np.float64]

@@ -16,7 +16,7 @@ from functools import lru_cache
 import numpy as np
 
 from analysis.likeness import fit_room
-from analysis.likeness.trials import TrialBox, trial_session
+from hard_cases.trials import TrialBox, trial_session
 from harness import make_parser, write_results
 from rir import Dataset, Pose, RoomSpec
 from rooms import World

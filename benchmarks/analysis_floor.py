@@ -11,8 +11,8 @@ from time import process_time
 import numpy as np
 
 from analysis.likeness.floor import predicted_floor
-from analysis.likeness.trials import TrialBox
 from analysis.metrics import METRICS
+from hard_cases.trials import TrialBox
 from harness import make_parser, write_results
 from rir import Pose
 from rooms import World

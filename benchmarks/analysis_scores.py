@@ -16,9 +16,9 @@ from rich.console import Console
 from rich.table import Table
 
 from analysis import acoustic_parameters, band_parameters
-from analysis.hard_cases import CASES, Score, score_cases
-from analysis.hard_cases.bands import OCTAVES, THIRDS, score_bands
-from analysis.hard_cases.peculiar import random_mixtures
+from hard_cases import CASES, Score, score_cases
+from hard_cases.bands import OCTAVES, THIRDS, score_bands
+from hard_cases.peculiar import random_mixtures
 from harness import make_parser, write_results
 
 

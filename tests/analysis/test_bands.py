@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from analysis import acoustic_parameters, band_parameters
-from analysis.hard_cases.bands import BandCase, gated_clarity, score_bands
+from hard_cases.bands import BandCase, gated_clarity, score_bands
 from rir.bands import Band, bands_of
 from rir.errors import SignalError
 

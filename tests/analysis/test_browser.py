@@ -10,8 +10,8 @@ import time
 
 import pytest
 
-from analysis.likeness.trials import TrialBox, trial_session
 from analysis.report import write_report
+from hard_cases.trials import TrialBox, trial_session
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from analysis import acoustic_parameters
-from analysis.hard_cases import CASES, PARAMETERS, HardCase, judge_value, score_cases
-from analysis.hard_cases.truth import exponential_truth, measured_truth
+from hard_cases import CASES, PARAMETERS, HardCase, judge_value, score_cases
+from hard_cases.truth import exponential_truth, measured_truth
 
 # "noise" holds pink noise at -35 dB, whose slow swings are inside the decay.
 LEAST = {"noise": 99.0, "hard": 98.5, "random": 98.5}

@@ -6,7 +6,7 @@ import pytest
 from analysis.likeness import fit_room, fit_swap, position_error, warped
 from analysis.likeness.floor import predicted_floor
 from analysis.likeness.octaves import octave_envelopes
-from analysis.likeness.trials import FAULT_KINDS, TrialBox, trial_session
+from hard_cases.trials import FAULT_KINDS, TrialBox, trial_session
 from rir.physics import STRETCH_PER_KELVIN
 
 BOX = TrialBox(sample_rate=16000, duration=0.2)

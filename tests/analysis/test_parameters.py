@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from analysis import acoustic_parameters
-from analysis.hard_cases import PARAMETERS
+from hard_cases import PARAMETERS
 from rir.errors import SignalError
 
 RATE = 48000

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from analysis.cli import main
-from analysis.likeness.trials import TrialBox, trial_session
 from analysis.report import StudyOptions, write_report
+from hard_cases.trials import TrialBox, trial_session
 from rir import Dataset
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from analysis import acoustic_parameters
-from analysis.hard_cases.decays import Decay, pink_noise
+from hard_cases.decays import Decay, pink_noise
 
 RATE = 48000
 

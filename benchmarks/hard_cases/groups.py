@@ -4,9 +4,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from analysis.hard_cases.case import CASES, HardCase
-from analysis.hard_cases.decays import Decay, pink_noise, with_noise
-from analysis.hard_cases.truth import exponential_truth, measured_truth
+from hard_cases.case import CASES, HardCase
+from hard_cases.decays import Decay, pink_noise, with_noise
+from hard_cases.truth import exponential_truth, measured_truth
 
 Cases = Iterator[HardCase]
 Rng = np.random.Generator

@@ -8,9 +8,9 @@ Examples
 ('sign 0.05 s 8000 Hz', True)
 """
 
-from analysis.hard_cases import groups, peculiar
-from analysis.hard_cases.case import CASES, PARAMETERS, REFUSED, HardCase
-from analysis.hard_cases.score import Score, judge_value, score_cases
+from hard_cases import groups, peculiar
+from hard_cases.case import CASES, PARAMETERS, REFUSED, HardCase
+from hard_cases.score import Score, judge_value, score_cases
 
 __all__ = [
     "CASES",

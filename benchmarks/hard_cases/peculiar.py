@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from analysis.hard_cases.case import CASES, PARAMETERS, REFUSED, HardCase
-from analysis.hard_cases.decays import Decay, with_noise
-from analysis.hard_cases.truth import exponential_truth, measured_truth
+from hard_cases.case import CASES, PARAMETERS, REFUSED, HardCase
+from hard_cases.decays import Decay, with_noise
+from hard_cases.truth import exponential_truth, measured_truth
 
 Cases = Iterator[HardCase]
 Rng = np.random.Generator

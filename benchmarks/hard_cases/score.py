@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from analysis.hard_cases.case import PARAMETERS, HardCase
+from hard_cases.case import PARAMETERS, HardCase
 
 __all__ = ["Score", "judge_value", "score_cases"]
 

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from analysis.hard_cases.decays import Decay
-from analysis.hard_cases.score import Score, judge_value
 from analysis.scatter import TIME_SCATTER
+from hard_cases.decays import Decay
+from hard_cases.score import Score, judge_value
 from rir.arrays import FloatArray
 from rir.bands import Band, bands_of
 

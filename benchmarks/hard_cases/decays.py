@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.hard_cases.case import HardCase
-from analysis.hard_cases.truth import measured_truth, range_above_noise
+from hard_cases.case import HardCase
+from hard_cases.truth import measured_truth, range_above_noise
 from rir.arrays import FloatArray
 
 __all__ = ["Decay", "pink_noise", "with_noise"]
