@@ -1,7 +1,6 @@
 """One screen without scrolling: what the session does now, and how it went so far."""
 
 from collections import deque
-from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from capture.operator.display import PlainDisplay, pair_line, take_line, time_text
@@ -212,12 +211,7 @@ class LiveScreen(PlainDisplay):
         marks = list(self.verdicts.values())
         return "  ".join(f"{mark} {marks.count(mark)}" for mark in "✓!✗·")
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         if self._live.is_started:
             self._live.update(self.render(), refresh=True)
         self._live.stop()
