@@ -22,7 +22,6 @@ if TYPE_CHECKING:
         SceneError,
         SessionError,
         SignalError,
-        TakeSpoiledError,
         TrainingError,
         UnknownNameError,
     )
@@ -62,7 +61,6 @@ __all__ = [
     "SessionError",
     "SignalError",
     "Surface",
-    "TakeSpoiledError",
     "TrainingError",
     "UnknownNameError",
 ]
@@ -84,7 +82,6 @@ __getattr__, __dir__ = lazy_names(
             "SceneError "
             "SessionError "
             "SignalError "
-            "TakeSpoiledError "
             "TrainingError "
             "UnknownNameError "
         ),

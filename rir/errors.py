@@ -17,7 +17,6 @@ __all__ = [
     "SceneError",
     "SessionError",
     "SignalError",
-    "TakeSpoiledError",
     "TrainingError",
     "UnknownNameError",
 ]
@@ -45,10 +44,6 @@ class SceneError(ResoundingError, ValueError):
 
 class DatasetError(ResoundingError, ValueError):
     """A data set or session file is broken, newer than this program, or unfit."""
-
-
-class TakeSpoiledError(ResoundingError, RuntimeError):
-    """A take was recorded but must not be used."""
 
 
 class RigError(ResoundingError, RuntimeError):

@@ -82,11 +82,6 @@ class ImpulseResponse:
         """Sum of squares, shape (...)."""
         return np.sum(self.samples**2, axis=-1)
 
-    def cropped(self, duration: float) -> "ImpulseResponse":
-        """Return the first `duration` seconds."""
-        count = round(duration * self.sample_rate)
-        return ImpulseResponse(self.samples[..., :count], self.sample_rate)
-
     def resampled(self, sample_rate: int) -> "ImpulseResponse":
         """Return the response at another rate, band-limited, levels kept.
 

@@ -1,7 +1,6 @@
 """Sound files, with time on the last axis. The only file that imports soundfile."""
 
 import os
-from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
@@ -10,36 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from rir.errors import SignalError
 
-__all__ = ["AudioInfo", "audio_info", "read_audio", "write_audio"]
+__all__ = ["read_audio", "write_audio"]
 
 _FLAC_CHANNELS = 8  # the most that the format has (RFC 9639, section 9.1.3)
-
-
-@dataclass(frozen=True)
-class AudioInfo:
-    """What a sound file says of itself."""
-
-    channels: int
-    n_samples: int
-    sample_rate: int
-    subtype: str
-
-
-def audio_info(path: str | Path) -> AudioInfo:
-    """Return shape and rate of a sound file without reading its samples.
-
-    Raises
-    ------
-    SignalError
-        If the file is not a readable sound file.
-    """
-    import soundfile
-
-    try:
-        info = soundfile.info(str(path))
-    except (soundfile.SoundFileError, OSError) as error:
-        raise SignalError(f"cannot read {path} as sound: {error}") from error
-    return AudioInfo(info.channels, info.frames, info.samplerate, info.subtype)
 
 
 def read_audio(path: str | Path) -> tuple[NDArray[np.float64], int]:

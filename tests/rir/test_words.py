@@ -11,7 +11,7 @@ import typer
 import rir
 from rir import errors
 from rir.command import run
-from rir.files.audio import audio_info, read_audio, write_audio
+from rir.files.audio import read_audio, write_audio
 from rir.optional import require
 from rir.registry import Registry
 from rir.response import ImpulseResponse, as_samples
@@ -53,7 +53,7 @@ def test_sound_files_keep_samples(
     samples = np.random.default_rng(0).uniform(-0.9, 0.9, (3, 500))
     path = write_audio(tmp_path / f"a.{suffix}", samples, 44100, subtype)
     read, rate = read_audio(path)
-    assert (rate, audio_info(path).channels) == (44100, 3)
+    assert rate == 44100
     np.testing.assert_allclose(read, samples, rtol=0, atol=step)
 
 
