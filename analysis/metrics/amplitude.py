@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from analysis.metrics.metric import Features, Flavour, Metric
+from analysis.metrics.metric import AVR, RAF_NONE, Features, Flavour, Metric
 from analysis.metrics.table import METRICS
 from rir.arrays import FloatArray
 
@@ -46,18 +46,8 @@ AMPLITUDE = METRICS.add("Amp")(
         symmetric=False,
         formula="mean over bins of |S - S'| / S, S = 32-bin sums of |FFT|",
         flavours={
-            "paper": Flavour(
-                "paper-1",
-                smooth_spectrum,
-                compare_spectra,
-                "as evaluated with AVR (Lan et al., NeurIPS 2024)",
-            ),
-            "raf": Flavour(
-                "raf-1",
-                smooth_spectrum,
-                compare_spectra,
-                "RAF defines none: as paper-1",
-            ),
+            "paper": Flavour("paper-1", smooth_spectrum, compare_spectra, AVR),
+            "raf": Flavour("raf-1", smooth_spectrum, compare_spectra, RAF_NONE),
             "robust": Flavour(
                 "robust-1",
                 smooth_spectrum,

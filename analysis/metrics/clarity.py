@@ -1,8 +1,11 @@
 """C50: absolute error of clarity."""
 
+from functools import partial
+
 import numpy as np
 
-from analysis.metrics.metric import Features, Flavour, Metric
+from analysis.metrics.metric import AVR, ISO_3382, RAF, Features, Flavour, Metric
+from analysis.metrics.noise_freed import noise_freed
 from analysis.metrics.table import METRICS
 from rir.arrays import FloatArray
 
@@ -33,13 +36,6 @@ def absolute_error(truth: Features, prediction: Features) -> FloatArray:
         return np.asarray(np.abs(truth[0] - prediction[0]))
 
 
-def robust_clarity(samples: FloatArray, sample_rate: int) -> Features:
-    """Return C50 of the noise-freed decay [dB]; NaN where it cannot be known."""
-    from analysis.parameters import acoustic_parameters
-
-    return (np.asarray(acoustic_parameters(samples, sample_rate)["C50"]),)
-
-
 CLARITY = METRICS.add("C50")(
     Metric(
         symbol="C50",
@@ -51,23 +47,10 @@ CLARITY = METRICS.add("C50")(
         symmetric=True,
         formula="|C - C'|, C = 10 lg(energy before 50 ms / energy after)",
         flavours={
-            "paper": Flavour(
-                "paper-1",
-                paper_clarity,
-                absolute_error,
-                "as evaluated with AVR (Lan et al., NeurIPS 2024)",
-            ),
-            "raf": Flavour(
-                "raf-1",
-                raf_clarity,
-                absolute_error,
-                "Real Acoustic Fields, Chen et al., CVPR 2024; authors' answers",
-            ),
+            "paper": Flavour("paper-1", paper_clarity, absolute_error, AVR),
+            "raf": Flavour("raf-1", raf_clarity, absolute_error, RAF),
             "robust": Flavour(
-                "robust-1",
-                robust_clarity,
-                absolute_error,
-                "ISO 3382-1:2009, noise handled, from the direct sound",
+                "robust-1", partial(noise_freed, "C50"), absolute_error, ISO_3382
             ),
         },
     )

@@ -1,10 +1,13 @@
 """EDT: absolute error of the early decay time."""
 
+from functools import partial
+
 import numpy as np
 
 from analysis.metrics.clarity import absolute_error
 from analysis.metrics.energy_curve import paper_energy_curve, plain_curves
-from analysis.metrics.metric import Features, Flavour, Metric
+from analysis.metrics.metric import AVR, ISO_3382, RAF, Features, Flavour, Metric
+from analysis.metrics.noise_freed import noise_freed
 from analysis.metrics.table import METRICS
 from rir.arrays import FloatArray
 
@@ -24,13 +27,6 @@ def raf_early_decay_time(samples: FloatArray, sample_rate: int) -> Features:
     return (6.0 * first / sample_rate,)
 
 
-def robust_early_decay_time(samples: FloatArray, sample_rate: int) -> Features:
-    """Return EDT of the noise-freed decay [s]; NaN where it cannot be known."""
-    from analysis.parameters import acoustic_parameters
-
-    return (np.asarray(acoustic_parameters(samples, sample_rate)["EDT"]),)
-
-
 EARLY_DECAY = METRICS.add("EDT")(
     Metric(
         symbol="EDT",
@@ -42,23 +38,10 @@ EARLY_DECAY = METRICS.add("EDT")(
         symmetric=True,
         formula="|EDT - EDT'|, EDT = 6 x the time from sample 0 to -10 dB",
         flavours={
-            "paper": Flavour(
-                "paper-1",
-                paper_early_decay_time,
-                absolute_error,
-                "as evaluated with AVR (Lan et al., NeurIPS 2024)",
-            ),
-            "raf": Flavour(
-                "raf-1",
-                raf_early_decay_time,
-                absolute_error,
-                "Real Acoustic Fields, Chen et al., CVPR 2024; authors' answers",
-            ),
+            "paper": Flavour("paper-1", paper_early_decay_time, absolute_error, AVR),
+            "raf": Flavour("raf-1", raf_early_decay_time, absolute_error, RAF),
             "robust": Flavour(
-                "robust-1",
-                robust_early_decay_time,
-                absolute_error,
-                "ISO 3382-1:2009, noise handled, from the direct sound",
+                "robust-1", partial(noise_freed, "EDT"), absolute_error, ISO_3382
             ),
         },
     )

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from analysis.metrics.metric import Features, Flavour, Metric
+from analysis.metrics.metric import AVR, RAF_NONE, Features, Flavour, Metric
 from analysis.metrics.table import METRICS
 from rir.arrays import FloatArray
 
@@ -48,18 +48,8 @@ ENVELOPE = METRICS.add("Env")(
         symmetric=False,
         formula="mean |e - e'| / max e, e = |analytic signal|",
         flavours={
-            "paper": Flavour(
-                "paper-1",
-                hilbert_envelope,
-                compare_envelopes,
-                "as evaluated with AVR (Lan et al., NeurIPS 2024)",
-            ),
-            "raf": Flavour(
-                "raf-1",
-                hilbert_envelope,
-                compare_envelopes,
-                "RAF defines none: as paper-1",
-            ),
+            "paper": Flavour("paper-1", hilbert_envelope, compare_envelopes, AVR),
+            "raf": Flavour("raf-1", hilbert_envelope, compare_envelopes, RAF_NONE),
             "robust": Flavour(
                 "robust-1",
                 hilbert_envelope,

@@ -6,7 +6,13 @@ from dataclasses import dataclass
 from rir.arrays import FloatArray
 from rir.errors import SignalError
 
-__all__ = ["Features", "Flavour", "Metric"]
+__all__ = ["AVR", "ISO_3382", "RAF", "RAF_NONE", "Features", "Flavour", "Metric"]
+
+# Sources of several metrics, as reports name them.
+AVR = "as evaluated with AVR (Lan et al., NeurIPS 2024)"
+RAF = "Real Acoustic Fields, Chen et al., CVPR 2024; authors' answers"
+RAF_NONE = "RAF defines none: as paper-1"
+ISO_3382 = "ISO 3382-1:2009, noise handled, from the direct sound"
 
 Features = tuple[FloatArray, ...]
 """What a flavour keeps of responses of shape (..., n): arrays starting with (...)."""

@@ -1,9 +1,12 @@
 """T60: relative error of the reverberation time."""
 
+from functools import partial
+
 import numpy as np
 
 from analysis.metrics.energy_curve import paper_energy_curve, plain_curves
-from analysis.metrics.metric import Features, Flavour, Metric
+from analysis.metrics.metric import AVR, ISO_3382, RAF, Features, Flavour, Metric
+from analysis.metrics.noise_freed import noise_freed
 from analysis.metrics.table import METRICS
 from rir.arrays import FloatArray
 
@@ -78,13 +81,6 @@ def raf_error(truth: Features, prediction: Features) -> FloatArray:
     return np.where(np.isfinite(error), error, 1.0)
 
 
-def robust_reverberation_time(samples: FloatArray, sample_rate: int) -> Features:
-    """Return T20 of the noise-freed decay [s]; NaN where it cannot be known."""
-    from analysis.parameters import acoustic_parameters
-
-    return (np.asarray(acoustic_parameters(samples, sample_rate)["T20"]),)
-
-
 REVERBERATION = METRICS.add("T60")(
     Metric(
         symbol="T60",
@@ -96,23 +92,13 @@ REVERBERATION = METRICS.add("T60")(
         symmetric=False,
         formula="|T - T'| / T, T = 3 x the fitted line's time from -5 to -25 dB",
         flavours={
-            "paper": Flavour(
-                "paper-1",
-                paper_reverberation_time,
-                relative_error,
-                "as evaluated with AVR (Lan et al., NeurIPS 2024)",
-            ),
-            "raf": Flavour(
-                "raf-1",
-                raf_reverberation_time,
-                raf_error,
-                "Real Acoustic Fields, Chen et al., CVPR 2024; authors' answers",
-            ),
+            "paper": Flavour("paper-1", paper_reverberation_time, relative_error, AVR),
+            "raf": Flavour("raf-1", raf_reverberation_time, raf_error, RAF),
             "robust": Flavour(
                 "robust-1",
-                robust_reverberation_time,
+                partial(noise_freed, "T20"),
                 relative_error,
-                "ISO 3382-1:2009, noise handled, from the direct sound: T20",
+                f"{ISO_3382}: T20",
             ),
         },
     )

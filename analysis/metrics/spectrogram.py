@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from analysis.metrics.metric import Features, Flavour, Metric
+from analysis.metrics.metric import RAF, Features, Flavour, Metric
 from analysis.metrics.table import METRICS
 from rir.arrays import FloatArray
 
@@ -131,12 +131,7 @@ SPECTROGRAM = METRICS.add("STFT")(
                 "Yamamoto et al. 2020, as evaluated with AVR (Lan et al. 2024)",
                 spectrogram_matrix,
             ),
-            "raf": Flavour(
-                "raf-1",
-                raf_spectrogram,
-                compare_log_spectrograms,
-                "Real Acoustic Fields, Chen et al., CVPR 2024; authors' answers",
-            ),
+            "raf": Flavour("raf-1", raf_spectrogram, compare_log_spectrograms, RAF),
             "robust": Flavour(
                 "robust-1",
                 robust_spectrograms,
