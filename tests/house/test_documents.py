@@ -12,6 +12,8 @@ INDEXES = runpy.run_path(str(ROOT / "tools" / "write-indexes"))
 PAGES = sorted(
     [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("benchmarks/*.md")]
 )
+NOW = [page for page in PAGES if page.name != "CHANGELOG.md"]
+"""Pages of what there is; the change log names what has moved or gone, too."""
 PACKAGES = ("rir", "rooms", "rigs", "capture", "analysis", "inverse", "fields")
 PLACES = tuple(
     f"{place}/" for place in (*PACKAGES, "docs", "benchmarks", "tests", "tools")
@@ -30,7 +32,7 @@ def test_links_lead_to_files(page: Path) -> None:
     assert [link for link in links if not (page.parent / link).exists()] == []
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+@pytest.mark.parametrize("page", NOW, ids=lambda page: str(page.relative_to(ROOT)))
 def test_files_and_objects_named_in_a_page_exist(page: Path) -> None:
     told = set(re.findall(r"`([\w./-]+)", page.read_text(encoding="utf-8")))
     files = {name for name in told if name.startswith(PLACES)}
