@@ -131,12 +131,12 @@ def horizon_errors(render: Callable[..., None], count: int) -> dict[str, float]:
 
     Every row has its own air; each coordinate of both ends is off by 3 mm.
     """
-    doubt = Uncertainty(pose_sd_m=POSE_SD_M, temperature_sd_k=DRIFT_K)
+    uncertainty = Uncertainty(pose_sd_m=POSE_SD_M, temperature_sd_k=DRIFT_K)
     found = {}
     for name in (*ROOMS, CORNERED):
         told, truth = _told_and_truth(render, name, count)
         for octave in (1000.0, 2000.0, 4000.0):
-            end = float(coherence_horizon(np.array([octave]), SPEED, doubt)[0])
+            end = float(coherence_horizon(np.array([octave]), SPEED, uncertainty)[0])
             wrong = _energy_near(truth - told, end, octave)
             ratio = wrong / _energy_near(truth, end, octave)
             key = f"{name}, {octave:.0f} Hz, {1e3 * end:.0f} ms"

@@ -1,4 +1,4 @@
-"""What the completion says of a room in words."""
+"""Alarms of the completion: what is not explained, in words."""
 
 import numpy as np
 
@@ -9,10 +9,10 @@ from inverse.rows.tiles import Tiles
 
 __all__ = ["completion_alarms"]
 
-LEVEL_ALARM_DB = 1.0
-OPEN_ALARM = 0.9
-NEPER_DB = 10 / np.log(10)
-SILENT_NEPER = 30 / NEPER_DB
+LEVEL_ALARM_DB = 1.0  # just audible (ISO 3382-1, strength); decision 0059
+OPEN_ALARM = 0.9  # of octaves and times after 30 ms in which waveforms fail (0059)
+NEPER_DB = 10 / np.log(10)  # decibels a neper of energy
+SILENT_NEPER = 30 / NEPER_DB  # 30 dB: no error of a level, but a row that is silent
 
 
 def completion_alarms(

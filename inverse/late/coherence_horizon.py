@@ -1,17 +1,16 @@
 """How far into a response a path can be promised, and how well."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 __all__ = ["Uncertainty", "coherence_horizon", "predicted_coherence"]
 
-from dataclasses import dataclass
-
-LOST = 0.76
-SOUND_SPEED_A_KELVIN = 0.0018
-POSE_SD_M = 0.003
-TEMPERATURE_SD_K = 0.1
+HALF_WRONG = 0.76  # wave number times spread: the error is half the energy, see below
+SOUND_SPEED_A_KELVIN = 0.0018  # part of it: 0.61 m/s of 343 m/s
+POSE_SD_M = 0.003  # of each coordinate, where nothing better is known: a careful rig
+TEMPERATURE_SD_K = 0.1  # between takes, in a closed room within an hour
 
 
 @dataclass(frozen=True)
@@ -48,14 +47,14 @@ def predicted_coherence(
     frequencies: np.ndarray,
     times: np.ndarray,
     speed_of_sound: float,
-    doubt: Uncertainty,
+    uncertainty: Uncertainty,
 ) -> np.ndarray:
     """Return how much of the energy a path model can share with a measurement.
 
     Shape (frequencies, times): exp(-(k s)^2) with the wave number k and the
     standard deviation s of a path's length.
     """
-    spread = doubt.length_sd(times * speed_of_sound)
+    spread = uncertainty.length_sd(times * speed_of_sound)
     turns = 2 * np.pi * np.asarray(frequencies)[:, None] / speed_of_sound * spread
     return np.exp(-(turns**2))
 
@@ -63,7 +62,7 @@ def predicted_coherence(
 def coherence_horizon(
     frequencies: np.ndarray,
     speed_of_sound: float,
-    doubt: Uncertainty,
+    uncertainty: Uncertainty,
     *,
     longest_s: float = 10.0,
 ) -> np.ndarray:
@@ -79,7 +78,7 @@ def coherence_horizon(
     array([0.13])
     """
     times = np.geomspace(1e-4, longest_s, 2000)
-    spread = doubt.length_sd(times * speed_of_sound)
-    allowed = LOST * speed_of_sound / (2 * np.pi * np.asarray(frequencies))
+    spread = uncertainty.length_sd(times * speed_of_sound)
+    allowed = HALF_WRONG * speed_of_sound / (2 * np.pi * np.asarray(frequencies))
     inside = np.searchsorted(np.maximum.accumulate(spread), allowed)
     return np.where(inside > 0, times[np.clip(inside - 1, 0, len(times) - 1)], 0.0)

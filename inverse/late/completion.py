@@ -26,9 +26,11 @@ from rir import Poses
 
 __all__ = ["Completion"]
 
-MOST_PAIR_GAIN = 4.0
+MOST_PAIR_GAIN = 4.0  # 12 dB: paths of a pair raised more are mostly their errors
 TRIMMED_ROWS, TRIMMED_SAMPLES = (60, 150), 500_000
-BEGUN = 0.1
+"""Rows that levels are put right on: as many as so many samples hold; each is answered
+some twenty times (decision 0066)."""
+BEGUN = 0.1  # part of a bin after the direct sound from which its energies compare
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,10 +99,10 @@ class Completion:
         ends = fit_set.emitters.positions, fit_set.listeners.positions
         held = _tile_energies(known, loud)
         model_misfit = known.misfit
-        doubt = Uncertainty(walls=None if paths is None else paths.length_sd)
-        expected = predicted_coherence(tiles.centers, tiles.times, speed, doubt)
+        uncertainty = Uncertainty(walls=None if paths is None else paths.length_sd)
+        expected = predicted_coherence(tiles.centers, tiles.times, speed, uncertainty)
         apart = apartness(regions(ends[0]), regions(ends[1]))
-        # Filters ring before the direct sound; what is told of that is no merit.
+        # Filters ring before the direct sound; predicting that is no merit.
         begun = arrival_shares(fit_set.distances, speed, tiles)[0][:, None] > BEGUN
         ratio = np.where(begun, _path_ratio(held), np.nan)
         misfit = np.where(begun, model_misfit, np.nan)
@@ -134,22 +136,22 @@ class Completion:
 
         `energies` are the rows' own, shape (rows, bands, bins).
         """
-        rough = self._tinted(rows, early, guide)
-        told = rough.apply(early, rows.emitters, rows.listeners, guide)
+        rough = self._with_spectral_shape(rows, early, guide)
+        predicted = rough.apply(early, rows.emitters, rows.listeners, guide)
         regions = self.model.features.regions
         ends = rows.emitters.positions, rows.listeners.positions
         apart = apartness(regions(ends[0]), regions(ends[1]))
-        gate = self.gate.trimmed(energies, self.tiles.energies(told), apart)
+        gate = self.gate.trimmed(energies, self.tiles.energies(predicted), apart)
         return replace(rough, gate=gate)
 
-    def _tinted(
+    def _with_spectral_shape(
         self, rows: FitSet, early: np.ndarray, guide: np.ndarray | None
     ) -> "Completion":
         """Return the completion with the rows' spectral shape on its tail."""
         if not isinstance(self.tail, EvenTail):
             return self
-        told = self.apply(early, rows.emitters, rows.listeners, guide)
-        taps = tilt_filter(rows.responses, told, rows.sample_rate)
+        predicted = self.apply(early, rows.emitters, rows.listeners, guide)
+        taps = tilt_filter(rows.responses, predicted, rows.sample_rate)
         return replace(self, tail=replace(self.tail, tint=taps))
 
     def apply(
@@ -184,11 +186,11 @@ class Completion:
             gains = np.where(shares > weights, np.minimum(levels, MOST_GAIN), gains)
             weights = np.maximum(weights, shares)
             trims = 1 + (trims - 1) * (1 - shares)
-        heard = self.tiles.energies(early)
-        loud = heard if guide is None else self.tiles.energies(guide)
+        energies = self.tiles.energies(early)
+        loud = energies if guide is None else self.tiles.energies(guide)
         target = self._targets(loud * gains**2, first, second, weights)
         wanted = np.exp(target) * trims**2
-        pair = np.sqrt(wanted / np.maximum(heard, 1e-2 * wanted + 1e-300))
+        pair = np.sqrt(wanted / np.maximum(energies, 1e-2 * wanted + 1e-300))
         pair = np.where(weights == 1, gains, np.minimum(pair, MOST_PAIR_GAIN))
         out = self.tiles.gained(early, pair * np.sqrt(shares))
         if (shares < 1).any():
@@ -198,19 +200,19 @@ class Completion:
 
     def _targets(
         self,
-        heard: np.ndarray,
+        energies: np.ndarray,
         first: np.ndarray,
         second: np.ndarray,
         weights: np.ndarray,
     ) -> np.ndarray:
         """Return log energies between the paths' and the energy model's."""
-        told = self.model(first, second, self.tiles)
-        least = np.maximum(heard, 1e-6 * np.exp(told) + 1e-300)
-        known = np.isfinite(told) & (weights < 1)
-        mixed = np.full(told.shape, -np.inf)
+        predicted = self.model(first, second, self.tiles)
+        least = np.maximum(energies, 1e-6 * np.exp(predicted) + 1e-300)
+        known = np.isfinite(predicted) & (weights < 1)
+        mixed = np.full(predicted.shape, -np.inf)
         logs = np.log(least)
-        heard_of = np.where(known, told, 0.0)
-        np.add(weights * logs, (1 - weights) * heard_of, out=mixed, where=known)
+        model_logs = np.where(known, predicted, 0.0)
+        np.add(weights * logs, (1 - weights) * model_logs, out=mixed, where=known)
         return np.where(weights == 1, logs, mixed)
 
     def _tail(
@@ -299,20 +301,20 @@ def _padded(rows: list[np.ndarray], length: int) -> np.ndarray:
     return out
 
 
-def _tile_energies(known: MeasuredEnergies, told: np.ndarray) -> TileEnergies:
-    if not told.any():
+def _tile_energies(known: MeasuredEnergies, predicted: np.ndarray) -> TileEnergies:
+    if not predicted.any():
         nothing = np.zeros_like(known.energies)
         return TileEnergies(known.energies, nothing, nothing, nothing)
     return TileEnergies(
-        known.energies, *known.tiles.compared(known.rows.responses, told)
+        known.energies, *known.tiles.compared(known.rows.responses, predicted)
     )
 
 
 def _path_ratio(held: TileEnergies) -> np.ndarray:
     """Return log ratios of measured energies to the paths', NaN if unknown."""
-    known = (held.measured > 0) & (held.told > 1e-6 * held.measured)
+    known = (held.measured > 0) & (held.predicted > 1e-6 * held.measured)
     ratio = np.full(known.shape, np.nan)
-    np.divide(held.measured, held.told, out=ratio, where=known)
+    np.divide(held.measured, held.predicted, out=ratio, where=known)
     return np.log(ratio, out=ratio, where=known)
 
 

@@ -13,17 +13,18 @@ from inverse.late.features import PlaceFeatures
 from inverse.late.late_maps import LateMaps, chi_square_bias, fit_maps
 from inverse.late.slopes import common_rates, region_curves
 from inverse.rows.regions import apartness
-from inverse.rows.tiles import Tiles
+from inverse.rows.tiles import SILENT, Tiles
 
 __all__ = ["EnergyModel", "arrival_shares"]
 
 KNOTS_S = np.array([0.0, 0.003, 0.007, 0.013, 0.025, 0.05, 0.1])
-MIXED_S = 0.02
-LONG_TAIL_S = 0.15
-PROFILE_RIDGE = 8.0
-LEAST_LATE_BINS = 5
-QUIET = 1e-12
-NEAREST_M = 0.1
+"""After the direct sound, each about twice the one before: early energy changes by the
+ratio of times, not by their difference."""
+MIXED_S = 0.02  # after the direct sound: single reflections no longer rule the slopes
+LONG_TAIL_S = 0.15  # a shorter tail tells no second rate (decision 0058)
+PROFILE_RIDGE = 8.0  # as much as eight bins that ask for no correction
+LEAST_LATE_BINS = 5  # a pair: with fewer, early bins have to tell the slope as well
+NEAREST_M = 0.1  # ends closer than devices are large count as that far apart
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,10 +132,10 @@ def _corrected(
 ) -> np.ndarray:
     """Return log energies, NaN where a bin is cut or silent."""
     loudest = float(energies.max(initial=0.0))
-    heard = whole & (energies > QUIET * loudest)
+    audible = whole & (energies > SILENT * loudest)
     log = np.full(energies.shape, np.nan)
     bias = chi_square_bias(width, bin_s)
-    np.log(energies, out=log, where=heard)
+    np.log(energies, out=log, where=audible)
     return log - bias
 
 

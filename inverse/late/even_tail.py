@@ -22,15 +22,17 @@ WINDOWS_S = (
     (0.0095, 0.0019),
     (0.0047, 0.0006),
 )
-STEPS = 60
-MARGIN_S = 0.04
+"""Length and hop of each window: halved from 76 ms down to the 5 ms of a tile; a
+waveform that is even in all is even in those between."""
+STEPS = 60  # rounds of projections: 0.7 s for 0.3 s of noise (decision 0066)
+MARGIN_S = 0.04  # half of the longest window: no end of the noise is seen by less
 MIRRORED_S = 0.3
-"""Longer noise goes back and forth: as even, and as many steps."""
+"""Longer noise goes back and forth over so much: it stays even and costs no more."""
 
 
 @dataclass(frozen=True, eq=False)
 class EvenTail:
-    """Hold one even waveform that every pair hears after its direct sound.
+    """Hold one even waveform that every pair gets after its direct sound.
 
     The same at all places: symmetric and without jumps, but not spatial; use
     `inverse.late.spatial_tail.Tail` where neighbouring listeners must differ.
@@ -40,7 +42,8 @@ class EvenTail:
     seed : int
         Of the first noise.
     center : numpy.ndarray
-        Not used; as for `SpatialTail`.
+        Middle of the places, metres. This tail is the same everywhere and takes no
+        heed of it; it is kept so that either tail can be built from a stored field.
     samples_a_metre : float
         Sample rate over speed of sound.
     n_samples : int
@@ -61,8 +64,8 @@ class EvenTail:
     def __call__(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
         """Return even sound between places, (rows, 3) each: (rows, n_samples)."""
         onset = np.linalg.norm(first - second, axis=1) * self.samples_a_metre
-        heard = np.arange(self.n_samples) >= onset[:, None]
-        return np.where(heard, self._wave, 0.0)
+        sounding = np.arange(self.n_samples) >= onset[:, None]
+        return np.where(sounding, self._wave, 0.0)
 
     def brought(
         self, first: np.ndarray, second: np.ndarray, tiles: Tiles, energies: np.ndarray
@@ -73,11 +76,11 @@ class EvenTail:
         parts = tiles.split(self._wave[None])[0]
         sums = np.pad(np.cumsum(parts**2, axis=1), ((0, 0), (1, 0)))
         ends = np.minimum(np.arange(tiles.bins + 1) * tiles.bin_samples, self.n_samples)
-        heard = np.diff(sums[:, np.maximum(ends, onset[:, None])], axis=-1)
-        heard = heard.transpose(1, 0, 2)
+        sounding = np.diff(sums[:, np.maximum(ends, onset[:, None])], axis=-1)
+        sounding = sounding.transpose(1, 0, 2)
         # A bin that the direct sound cuts holds too little sound to be scaled.
-        least = 0.5 * np.median(heard, axis=-1, keepdims=True) + 1e-300
-        gains = np.sqrt(energies / np.maximum(heard, least))
+        least = 0.5 * np.median(sounding, axis=-1, keepdims=True) + 1e-300
+        gains = np.sqrt(energies / np.maximum(sounding, least))
         out = tiles.joined(parts, gains)
         return np.where(np.arange(self.n_samples) >= onset[:, None], out, 0.0)
 
@@ -91,7 +94,7 @@ def even_noise(n_samples: int, sample_rate: float, *, seed: int) -> np.ndarray:
     """Return noise of variance 1, even in spectrogram and envelope, (n_samples,)."""
     once = min(n_samples, max(round(MIRRORED_S * sample_rate), 2))
     noise = _evened(once, sample_rate, seed)
-    # each end is said once
+    # each end stands once
     period = np.concatenate([noise, noise[-2:0:-1]])
     return np.resize(period, n_samples)
 

@@ -8,9 +8,9 @@ from inverse.rows.regions import Regions
 
 __all__ = ["PlaceFeatures"]
 
-SPACING_M = 1.0
-MOST = 60
-NEAR = 1.0
+SPACING_M = 1.0  # levels of one room change over a metre and more (decision 0058)
+MOST = 60  # bumps; larger spaces get wider ones: steps cost the cube of their number
+NEAR = 1.0  # spacings: bumps farther from all places are known from none
 
 
 @dataclass(frozen=True, eq=False)

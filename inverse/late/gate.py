@@ -1,4 +1,4 @@
-"""How far paths are trusted, tile by tile, and what is said about it in words.
+"""How far paths are trusted, tile by tile, and their gains.
 
 In each octave, bin and pair of regions the paths' waveforms are held against the
 measured ones. Where they agree they are kept; where their waveform fails but their
@@ -9,28 +9,32 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from inverse.rows.tiles import SILENT
+
 __all__ = ["Gate", "TileEnergies", "judge"]
 
-EXPLAINED = 10 ** (-25 / 10)
+EXPLAINED = 10 ** (-25 / 10)  # of a tile's energy: paths so right stay (0059)
 TRUSTED, LOST = 0.7, 0.3
-NULL_SIGMAS = 3.0
-MOST_GAIN = 2.0
-LEAST_ROWS = 8
-LEAST_SURE = 0.1
-QUIET = 1e-12
-UNKNOWN = 1e9
-LEAST_BEYOND = 0.03
+"""Of the coherence that poses and air allow: above, waveforms are kept; below, they are
+not; in between, energies decide."""
+NULL_SIGMAS = 3.0  # coherence of shuffled pairs that is still chance
+MOST_GAIN = 2.0  # 6 dB: paths that need more are not the ones that were measured
+LEAST_ROWS = 8  # pairs of a kind (one region, or apart) that are judged by themselves
+LEAST_SURE = 0.1  # of later tiles; where fewer agree, energies do by chance (0059)
+UNKNOWN = 1e9  # squared error, neper squared, where nothing can be compared
+LEAST_BEYOND = 0.03  # of an error that stays: chance is known no better
 
 
 @dataclass(frozen=True, eq=False)
 class TileEnergies:
-    """Hold paths' and measured energies of the same tiles, and their products.
+    """Hold measured energies of tiles, those of paths, and products of both.
 
-    Each of shape (pairs, bands, bins).
+    `shuffled` are products with another pair's paths. Each of shape (pairs, bands,
+    bins).
     """
 
     measured: np.ndarray
-    told: np.ndarray
+    predicted: np.ndarray
     products: np.ndarray
     shuffled: np.ndarray
 
@@ -75,11 +79,11 @@ class Gate:
         return tuple(one[0] + far * (one[-1] - one[0]) for one in parts)
 
     def trimmed(
-        self, measured: np.ndarray, told: np.ndarray, apart: np.ndarray
+        self, measured: np.ndarray, predicted: np.ndarray, apart: np.ndarray
     ) -> "Gate":
         """Return the gate with the mean energy of each tile put right.
 
-        `measured` and `told` are energies of the same pairs, (pairs, bands, bins);
+        `measured` and `predicted` are energies of the same pairs, (pairs, bands, bins);
         each pair counts the same.
         """
         loud = measured.sum(axis=(1, 2), keepdims=True)
@@ -90,7 +94,7 @@ class Gate:
             if len(trims) > 1:
                 rows = (apart < 0.5) == (kind == 0)
             wanted = (measured[rows] * even[rows]).sum(axis=0)
-            found = (told[rows] * even[rows]).sum(axis=0)
+            found = (predicted[rows] * even[rows]).sum(axis=0)
             ratio = wanted / np.maximum(found, 1e-6 * wanted + 1e-300)
             trims[kind] = np.clip(np.sqrt(ratio), 1 / MOST_GAIN, MOST_GAIN)
         open_tiles = (self.weights < 1) | (self.shares < 1)
@@ -143,16 +147,16 @@ def _judged(
     model_misfit: np.ndarray,
     own: np.ndarray,
 ) -> tuple[np.ndarray, ...]:
-    measured, told = held.measured[rows].sum(0), held.told[rows].sum(0)
+    measured, predicted = held.measured[rows].sum(0), held.predicted[rows].sum(0)
     product = held.products[rows].sum(0)
-    scale = np.maximum(measured * told, 1e-300)
+    scale = np.maximum(measured * predicted, 1e-300)
     coherence = np.where(product > 0, product**2, 0.0) / scale
     chance = NULL_SIGMAS**2 * _spread(held.shuffled[rows]) / scale
-    left = measured + told - 2 * product
+    unexplained = measured + predicted - 2 * product
     # What was never there on either side is explained as well.
-    floor = QUIET * max(float(measured.max(initial=0.0)), 1e-300)
-    explained = left <= EXPLAINED * measured + floor
-    least = np.maximum(told, 1e-12 * measured + 1e-300)
+    floor = SILENT * max(float(measured.max(initial=0.0)), 1e-300)
+    explained = unexplained <= EXPLAINED * measured + floor
+    least = np.maximum(predicted, 1e-12 * measured + 1e-300)
     gain = np.sqrt(measured / least)
     trusted = (coherence > TRUSTED * expected) & (coherence > chance)
     lost = (coherence < LOST * expected) | (coherence < chance)
@@ -164,13 +168,13 @@ def _judged(
     late = min(-(-3 * sure.shape[1] // 10), sure.shape[1] - 1)
     better &= sure[:, late:].mean() >= LEAST_SURE
     share = np.where(sure | better, 1.0, 0.0)
-    starved = told * MOST_GAIN**2 < 0.25 * measured
+    starved = predicted * MOST_GAIN**2 < 0.25 * measured
     share = np.where(starved & ~explained, 0.0, share)
     # Loud pairs would speak for all where waveforms fail: take the mean in dB.
     gain = np.where(sure, gain, np.exp(0.5 * _mean(ratio[rows])))
     gain = np.where(explained, 1.0, np.clip(gain, 0.0, MOST_GAIN))
-    told_of = [_beyond(one, own) for one in (path_error, model_error)]
-    weight = np.clip(told_of[1] / np.maximum(sum(told_of), 1e-300), 0.0, 1.0)
+    errors = [_beyond(one, own) for one in (path_error, model_error)]
+    weight = np.clip(errors[1] / np.maximum(sum(errors), 1e-300), 0.0, 1.0)
     weight = np.where(explained, 1.0, np.where(starved, 0.0, weight))
     return gain, share, weight, coherence, np.ones_like(gain)
 

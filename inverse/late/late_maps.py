@@ -18,14 +18,14 @@ from inverse.late.late_map_step import DerivativeSums, descend
 
 __all__ = ["LateMaps", "chi_square_bias", "chi_square_variance", "fit_maps"]
 
-RIDGE = 3.0
-FLAG_RIDGE = 0.1
+RIDGE = 3.0  # on bumps: as much as three bins at which a place is like its region
+FLAG_RIDGE = 0.1  # on regions' levels: only keeps rooms without a record finite
 STIFF = 30.0
 """How much more the faster slopes' shares are held even within a region. A fade-in
 is a few hundredths of the energy: only all pairs of two regions together tell it."""
-LEAST_SUM = 0.02
-STEPS = 30
-SETTLED = 1e-5
+LEAST_SUM = 0.02  # of the slowest slope's energy: a fade-in starts 17 dB below it
+STEPS = 30  # at most; fits that converge stop before
+CONVERGED = 1e-5  # relative change of the cost: far below what maps are known to
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +107,7 @@ def fit_maps(
     ----------
     log_energies : numpy.ndarray
         Neper, shape (pairs, bins), corrected for :func:`chi_square_bias`; NaN
-        where nothing was heard.
+        where nothing was measured.
     times : numpy.ndarray
         Shape (bins,), seconds.
     first, second : numpy.ndarray
@@ -141,7 +141,7 @@ def _opposed(maps: LateMaps, places: np.ndarray, flags: int) -> LateMaps:
     """Return the maps with faster slopes opposed to the slowest in other regions.
 
     The slowest mode is positive everywhere, so that any other, orthogonal to it, has
-    both signs. It is told well where it is strong; elsewhere its small share follows
+    both signs. It is known well where it is strong; elsewhere its small share follows
     from the balance of u(x) exp(2 a(x)) over the regions, and with it the fade-in,
     which is less than a single pair's chance.
     """
@@ -244,10 +244,10 @@ def _refined(
             if damping > 1e6:
                 break
             continue
-        settled = cost - new < SETTLED * cost
+        converged = cost - new < CONVERGED * cost
         maps, cost, moments = trial, new, new_moments
         damping = max(damping / 4, 1e-7)
-        if settled:
+        if converged:
             break
     return maps, cost
 
@@ -270,9 +270,9 @@ def _measure(
     first, second = ends
     log, total = _modelled(maps, first, second, times)
     own = np.exp(log)
-    heard = own + noise[:, None]
-    gap = np.where(known, data - np.log(heard), 0.0)
-    slope = np.where(known, own / heard, 0.0)
+    energy = own + noise[:, None]
+    gap = np.where(known, data - np.log(energy), 0.0)
+    slope = np.where(known, own / energy, 0.0)
     waves = _waves(maps, times)
     pull = (maps.level - center) * penalty
     hold = maps.shares * _stiffened(penalty)

@@ -15,10 +15,10 @@ from inverse.rows.tiles import Tiles
 
 __all__ = ["MeasuredEnergies", "log_misfit"]
 
-MOST_ROWS, LEAST_ROWS = 400, 120
-MOST_SAMPLES = 1_000_000
-MOST_FOLDS = 5
-LEAST_PER_FOLD = 6
+MOST_ROWS, LEAST_ROWS = 400, 120  # energies vary slowly; more rows tell little more
+MOST_SAMPLES = 1_000_000  # 8 MB; long responses take fewer rows
+MOST_FOLDS = 5  # each costs a fit of the energy model
+LEAST_PER_FOLD = 6  # rows, below which errors at places left out say nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,12 +77,12 @@ class MeasuredEnergies:
         return cls(rows, kept, tiles, speed, regions, energies, model, misfit)
 
 
-def log_misfit(energies: np.ndarray, told: np.ndarray) -> np.ndarray:
-    """Return logs of energies less what is told of them; NaN where unknown."""
-    known = (energies > 0) & np.isfinite(told)
+def log_misfit(energies: np.ndarray, predicted: np.ndarray) -> np.ndarray:
+    """Return logs of energies less their predictions; NaN where unknown."""
+    known = (energies > 0) & np.isfinite(predicted)
     log = np.full(known.shape, np.nan)
     np.log(energies, out=log, where=known)
-    return log - np.where(known, told, 0.0)
+    return log - np.where(known, predicted, 0.0)
 
 
 def _spread_rows(rows: FitSet, count: int) -> np.ndarray:
@@ -112,6 +112,6 @@ def _left_out(
         there = ends[0][~out], ends[1][~out]
         speed = model.speed_of_sound
         one = EnergyModel.fit(energies[~out], *there, tiles, features, speed)
-        told = one(ends[0][out], ends[1][out], tiles)
-        misfit[out] = log_misfit(energies[out], told)
+        predicted = one(ends[0][out], ends[1][out], tiles)
+        misfit[out] = log_misfit(energies[out], predicted)
     return misfit

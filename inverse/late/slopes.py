@@ -9,13 +9,13 @@ import numpy as np
 
 __all__ = ["LEAST_RATIO", "common_rates", "region_curves"]
 
-LEAST_RATIO = 1.5
-GRID = 36
-FINE = 9
-FAST_RANGES = 9
-PASSES = 2
-WORTH = 2.0
-EXACT = 1e-4
+LEAST_RATIO = 1.5  # of two rates; closer ones add up to nearly one decay
+GRID = 36  # rates 15 to 20 % apart over what a tail can hold; finer ones follow
+FINE = 9  # rates of each finer grid, a quarter of the step before apart
+FAST_RANGES = 9  # four rates each: every range has a fast rate of its own
+PASSES = 2  # the second weighs by what the first found instead of a parabola
+WORTH = 2.0  # gain a pair in units of chance: Akaike's price of one number more
+EXACT = 1e-4  # relative misfit that a grid of rates leaves even of exact decays
 
 
 def common_rates(
@@ -45,25 +45,25 @@ def common_rates(
     >>> common_rates(energies, times, most=1).round(1)
     array([10.])
     """
-    heard = energies[(energies > 0).all(axis=1)]
+    positive = energies[(energies > 0).all(axis=1)]
     span = float(times[-1] - times[0]) if len(times) > 1 else 0.0
-    if len(heard) == 0 or len(times) < 4 or span <= 0:
-        return np.array([_log_slope(heard, times)])
+    if len(positive) == 0 or len(times) < 4 or span <= 0:
+        return np.array([_log_slope(positive, times)])
     start = times - times[0]
-    smooth = _smoothed(heard, start)
+    smooth = _smoothed(positive, start)
     grid = np.geomspace(0.3 / span, 2.0 / float(start[1]), GRID)
     single, pair = np.zeros(1), np.zeros(2)
     worth = 0.0
     for _ in range(PASSES):
-        single, loss_one = _search(heard, start, smooth, grid, 1)
+        single, loss_one = _search(positive, start, smooth, grid, 1)
         if most < 2:
             return single
-        pair, loss_two = _search(heard, start, smooth, grid, 2)
-        spare = len(heard) * (len(times) - 2)
+        pair, loss_two = _search(positive, start, smooth, grid, 2)
+        spare = len(positive) * (len(times) - 2)
         # The grid's own misfit must not buy a second rate.
         chance = max(loss_two / spare, EXACT)
-        worth = (loss_one - loss_two) / len(heard) / chance
-        smooth = _projected(heard, start, smooth, pair)
+        worth = (loss_one - loss_two) / len(positive) / chance
+        smooth = _projected(positive, start, smooth, pair)
     return pair if worth > WORTH else single
 
 

@@ -1,7 +1,7 @@
 """The waveform of late sound: plane waves with twins, the same both ways.
 
-Neither end is told from the other, and neighbouring places hear related tails, so
-a moving end is heard without jumps.
+Both ends count alike, and neighbouring places get related tails, so an end that moves
+makes no jumps.
 """
 
 from dataclasses import dataclass
@@ -10,8 +10,8 @@ import numpy as np
 
 __all__ = ["SpatialTail"]
 
-WAVES_A_SAMPLE = 0.5
-MARGIN_M = 6.0
+WAVES_A_SAMPLE = 0.5  # and their twins: one arrival a sample, so that no gap is audible
+MARGIN_M = 6.0  # places up to so far from the middle of a room get waves at all times
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,26 +2,26 @@
 
 Octaves set how loud late sound is; within them rooms and loudspeakers have a shape of
 their own, the same at all places. It is read from the smoothed spectra of measured
-rows against what is told of them, and put on the even tail by a short filter.
+rows against their predictions, and put on the even tail by a short filter.
 """
 
 import numpy as np
 
 __all__ = ["colored", "tilt_filter"]
 
-SMOOTHED_HZ = 320.0
-TAPS_S = 0.006
-MOST_NEPER = 0.7
+SMOOTHED_HZ = 320.0  # narrower, modes of single pairs show; wider, octaves do as well
+TAPS_S = 0.006  # resolves 170 Hz, half of what was smoothed
+MOST_NEPER = 0.7  # 6 dB: octaves' levels are right already
 
 
 def tilt_filter(
-    measured: np.ndarray, told: np.ndarray, sample_rate: float
+    measured: np.ndarray, predicted: np.ndarray, sample_rate: float
 ) -> np.ndarray:
     """Return the filter that gives answers the measured spectral shape.
 
     Parameters
     ----------
-    measured, told : numpy.ndarray
+    measured, predicted : numpy.ndarray
         Responses of the same pairs, shape (rows, n).
     sample_rate : float
         Hertz.
@@ -32,7 +32,7 @@ def tilt_filter(
         Minimum phase, shape (taps,). The gain at each frequency is the one that
         makes the mean relative error of smoothed magnitudes least.
     """
-    wanted, found = (_smoothed(one, sample_rate) for one in (measured, told))
+    wanted, found = (_smoothed(one, sample_rate) for one in (measured, predicted))
     known = (wanted > 0).all(axis=1) & (found > 0).all(axis=1)
     if not known.any():
         return np.ones(1)

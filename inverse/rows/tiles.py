@@ -9,12 +9,15 @@ from rir.bands import crossover_gains
 
 __all__ = ["Tiles"]
 
-LOWEST_HZ = 125.0
+LOWEST_HZ = 125.0  # ISO 3382-1's lowest octave; rooms below have single modes
 SHORT_S, SHORT_BIN_S, LONG_BIN_S = 0.25, 0.005, 0.01
-CHUNK_SAMPLES = 2**18
-RINGING_S = 0.02
+"""Bins of 5 ms, below which low octaves' filters ring; twice that in responses longer
+than 0.25 s, which keeps bins few (decision 0059)."""
+CHUNK_SAMPLES = 2**18  # 2 MB of octaves at once: a core's own cache
+RINGING_S = 0.02  # shorter, the lowest octave's filter wraps round; longer costs time
+SILENT = 1e-12  # of the loudest tile's energy: rounding, not sound
 STEP_BINS, WORTH = 16, 0.7
-"""Silent ends are left out in steps of so many bins, where so little is left."""
+"""Silent ends are cut off in steps of so many bins, where that saves so much."""
 
 
 @dataclass(frozen=True)
@@ -113,8 +116,7 @@ class Tiles:
             cut = slice(0, short.n_samples)
             begun = first[:, cut]
             other = begun if first is second else second[:, cut]
-            told = short.products(begun, other)
-            out[..., : short.bins] = told
+            out[..., : short.bins] = short.products(begun, other)
             return out
         for start in range(0, len(first), self._chunk):
             rows = slice(start, start + self._chunk)
@@ -124,30 +126,28 @@ class Tiles:
         return out
 
     def compared(
-        self, measured: np.ndarray, told: np.ndarray
+        self, measured: np.ndarray, predicted: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return energies of what is told, its products, and those of wrong rows.
+        """Return energies of predictions, and their products with right and wrong rows.
 
         Each of shape (rows, bands, bins); the last are products of measured rows
-        with what is told of the row before.
+        with the prediction of the row before.
         """
-        shape = 3, len(told), len(self.centers), self.bins
+        shape = 3, len(predicted), len(self.centers), self.bins
         out = np.zeros(shape)
-        short = self._sounding(told)
+        short = self._sounding(predicted)
         if short is not self:
             cut = slice(0, short.n_samples)
-            found = short.compared(measured[:, cut], told[:, cut])
+            found = short.compared(measured[:, cut], predicted[:, cut])
             out[..., : short.bins] = found
             return out[0], out[1], out[2]
-        before = self.split(told[-1:])
-        for start in range(0, len(told), self._chunk):
+        before = self.split(predicted[-1:])
+        for start in range(0, len(predicted), self._chunk):
             rows = slice(start, start + self._chunk)
-            heard, parts = self.split(measured[rows]), self.split(told[rows])
+            true, parts = self.split(measured[rows]), self.split(predicted[rows])
             wrong = np.concatenate([before, parts[:-1]])
             before = parts[-1:]
-            for one, pair in enumerate(
-                ((parts, parts), (heard, parts), (heard, wrong))
-            ):
+            for one, pair in enumerate(((parts, parts), (true, parts), (true, wrong))):
                 out[one, rows] = self.sums(pair[0] * pair[1])
         return out[0], out[1], out[2]
 
@@ -236,5 +236,5 @@ def _tiles(sample_rate: float, n_samples: int, bin_length: int) -> Tiles:
 
 def _length(responses: np.ndarray) -> int:
     """Return the samples up to the last sound."""
-    heard = np.flatnonzero((responses != 0).any(axis=0))
-    return int(heard[-1]) + 1 if len(heard) else 0
+    nonzero = np.flatnonzero((responses != 0).any(axis=0))
+    return int(nonzero[-1]) + 1 if len(nonzero) else 0

@@ -163,10 +163,10 @@ def test_horizons_follow_the_closed_form():
     horizons = coherence_horizon(np.array([500.0, 20_000.0]), SPEED, exact)
     assert horizons[0] > 9.9
     assert horizons[1] == 0.0
-    doubt = Uncertainty(pose_sd_m=0.003, temperature_sd_k=0.5)
-    found = coherence_horizon(np.array([2000.0]), SPEED, doubt)
+    uncertainty = Uncertainty(pose_sd_m=0.003, temperature_sd_k=0.5)
+    found = coherence_horizon(np.array([2000.0]), SPEED, uncertainty)
     wave = 2 * np.pi * 2000 / SPEED
     allowed = np.sqrt((0.76 / wave) ** 2 - 2 * 0.003**2) / (0.0018 * 0.5 * SPEED)
     assert_allclose(found, allowed, rtol=0.01)
-    coherence = predicted_coherence(np.array([2000.0]), found, SPEED, doubt)
+    coherence = predicted_coherence(np.array([2000.0]), found, SPEED, uncertainty)
     assert_allclose(coherence, np.exp(-(0.76**2)), rtol=0.02)
