@@ -6,7 +6,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from inverse.bands.band_fit import BandData, band_data, fit_walls, tuned
+from inverse.bands.band_fit import (
+    DEEP_HZ,
+    LEAST_ROWS,
+    BandData,
+    band_data,
+    fit_walls,
+    tuned,
+)
 from inverse.bands.band_places import fit_places
 from inverse.bands.banded_room import BandedRoom
 from inverse.bands.fitted_bands import FittedBandedRoom
@@ -24,21 +31,23 @@ from rir.physics import air_absorption
 __all__ = ["fit_banded", "in_half_octaves", "start_banded"]
 
 FloatArray = NDArray[np.float64]
-ROWS, FEW, LEAST_ROWS = 64, 32, 24
-WORTH, LEVEL = 0.9, (0.7, 1.4)
-TONED, TONE = 160, (0.5, 2.0)
-CLEAR_HZ = 400.0, 1500.0
+ROWS, FEW = 64, 32  # fewer tell patterns badly (0066); first walls need half
+WORTH = 0.9  # a tenth better at rows not fitted, or one factor a wall stays (0057)
+LEVEL = (0.7, 1.4)  # 3 dB: more is no want of coherence but a wrong room
+TONED, TONE = 160, (0.5, 2.0)  # rows that tell a tile's mean energy; 6 dB at most
+CLEAR_HZ = 400.0, 1500.0  # waves shorter than walls, longer than 50 pose errors
 LOW_HZ, MIDDLE_HZ, HIGH_HZ = 200.0, 2000.0, 6000.0
-ORDERS = 24
-DEEP_HZ, TREND = 110.0, (0.6, 1.0)
+"""Bands that move places: above, places 3 mm off turn phases too far at first."""
+ORDERS = 24  # tried one by one; a room that sounds on is rendered whole
+TREND = (0.6, 1.0)  # a half octave down, walls absorb as much or less
 RINGING_HZ, SOFTER = 200.0, (0.1, 0.3, 0.6, 1.0, 1.5)
+"""Up to here walls are scaled until a band rings as long as it does (decision 0057)."""
 PROVEN = 1.02
-"""Rows kept out proved what stands in the room; wrong poses may hide its worth."""
-UNHEARD = 0.6
-"""Images that leave more of the clearest bands' energy are not worth the turns."""
+"""Objects were proved by rows kept out; wrong poses may hide what they are worth."""
+UNEXPLAINED = 0.6  # of the clearest bands' energy: images that leave more earn no fit
 HOPELESS = 0.7
 """One factor a wall that leaves more of it than this: half octaves do not mend that."""
-EQUAL_S = 0.08
+EQUAL_S = 0.08  # a loudspeaker's response; longer, the room itself gets into the source
 SLANT = 0.6
 """Cosine at which a factor and an admittance are taken for the same wall."""
 
@@ -46,7 +55,7 @@ SLANT = 0.6
 def start_banded(
     rows: FitSet, direct: DirectSound, room: BoxRoom, *, angled: bool
 ) -> BandedRoom:
-    """Return a banded room that says what a plain one does."""
+    """Return a banded room that answers as a plain one does."""
     grid = HalfOctaves(rows.sample_rate, rows.n_samples)
     omega = 2 * np.pi * np.arange(len(grid.hertz)) / grid.size
     pulse = np.fft.rfft(direct.pulse, grid.size)
@@ -106,10 +115,10 @@ def fit_banded(
         chosen = (centers > LOW_HZ) & (centers < edge)
         moved = fit_places(data, banded, chosen, 2, pose_sd_m, shifts)
         data, shifts = moved.data, moved.shifts
-        banded = _ordered(rows, data, moved.banded)
+        banded = _with_order(rows, data, moved.banded)
         banded = _equalised(rows, data.emitters, data.listeners, banded)
-        heard = band_data(rows, banded.grid, banded.source)
-        data = heard.moved(data.emitters, data.listeners)
+        again = band_data(rows, banded.grid, banded.source)
+        data = again.moved(data.emitters, data.listeners)
         banded, _ = fit_walls(data, banded, 2, chosen=centers > DEEP_HZ)
         banded = _deepened(data, banded)
     banded = with_occluders(every, data, _ringing(data, banded))
@@ -121,7 +130,7 @@ def fit_banded(
 def in_half_octaves(
     rows: FitSet, fitted: FittedRoom, judged: FitSet, pose_sd_m: float
 ) -> FittedBandedRoom | None:
-    """Return the room with banded walls where they tell unheard rows better."""
+    """Return the room with banded walls where they predict other rows better."""
     if len(rows) < LEAST_ROWS or _unclear(rows.spread(FEW), fitted) > HOPELESS:
         return None
     try:
@@ -142,32 +151,32 @@ def in_half_octaves(
 
 
 def _unclear(rows: FitSet, fitted: FittedRoom) -> float:
-    """Return the part of the clearest bands' energy that is not told."""
-    told = fitted.predict(rows.emitters, rows.listeners, rows.n_samples)
+    """Return the part of the clearest bands' energy that is unexplained."""
+    predicted = fitted.predict(rows.emitters, rows.listeners, rows.n_samples)
     hertz = np.fft.rfftfreq(rows.n_samples, 1 / rows.sample_rate)
     clear = (hertz > CLEAR_HZ[0]) & (hertz < CLEAR_HZ[1])
-    heard, left = (
+    measured, residual = (
         (np.abs(np.fft.rfft(one)[:, clear]) ** 2).sum(axis=1)
-        for one in (rows.responses, rows.responses - told)
+        for one in (rows.responses, rows.responses - predicted)
     )
-    return float(np.mean(left / np.maximum(heard, 1e-300)))
+    return float(np.mean(residual / np.maximum(measured, 1e-300)))
 
 
 def _tones(rows: FitSet, fitted: FittedRoom) -> FloatArray:
     """Return gains that bring each tile's mean energy to the measured one."""
-    told = fitted.predict(rows.emitters, rows.listeners, rows.n_samples)
+    predicted = fitted.predict(rows.emitters, rows.listeners, rows.n_samples)
     tiles = Tiles(rows.sample_rate, rows.n_samples)
     weight = 1 / np.maximum((rows.responses**2).sum(axis=1), 1e-300)
     wanted = np.tensordot(weight, tiles.energies(rows.responses), axes=1)
-    found = np.tensordot(weight, tiles.energies(told), axes=1)
+    found = np.tensordot(weight, tiles.energies(predicted), axes=1)
     floor = 1e-9 * float(wanted.max())
     gains = np.sqrt((wanted + floor) / (found + floor))
     return np.clip(gains, *TONE)
 
 
 def _gap(rows: FitSet, fitted: FittedRoom) -> float:
-    told = fitted.predict(rows.emitters, rows.listeners, rows.n_samples)
-    return float(((rows.responses - told) ** 2).sum())
+    predicted = fitted.predict(rows.emitters, rows.listeners, rows.n_samples)
+    return float(((rows.responses - predicted) ** 2).sum())
 
 
 def _first_walls(rows: FitSet, direct: DirectSound, room: BoxRoom) -> BandedRoom | None:
@@ -181,10 +190,10 @@ def _first_walls(rows: FitSet, direct: DirectSound, room: BoxRoom) -> BandedRoom
         clear = (centers > CLEAR_HZ[0]) & (centers < CLEAR_HZ[1])
         if not clear.any():
             return None
-        banded, left = fit_walls(data, banded, 3, chosen=clear)
-        tried.append((float(left[clear].mean()), banded, data))
-    left, banded, data = min(tried, key=lambda one: one[0])
-    if left > UNHEARD:
+        banded, residual = fit_walls(data, banded, 3, chosen=clear)
+        tried.append((float(residual[clear].mean()), banded, data))
+    residual, banded, data = min(tried, key=lambda one: one[0])
+    if residual > UNEXPLAINED:
         return None
     lowest, highest = np.flatnonzero(clear)[[0, -1]].tolist()
     banded = _copied(banded, highest, range(highest + 1, banded.grid.bands))
@@ -227,12 +236,12 @@ def _copied(banded: BandedRoom, band: int, to: Iterable[int]) -> BandedRoom:
 _BANDWISE = ("walls", "loss", "phase", "emitting", "listening")
 
 
-def _ordered(rows: FitSet, data: BandData, banded: BandedRoom) -> BandedRoom:
+def _with_order(rows: FitSet, data: BandData, banded: BandedRoom) -> BandedRoom:
     """Stop at the order where the sound stops, as simulators do."""
-    heard = np.fft.rfft(rows.responses, banded.grid.size)
+    measured = np.fft.rfft(rows.responses, banded.grid.size)
     some = slice(0, None, 4)
     ends = data.emitters[some], data.listeners[some]
-    rest = heard[some] * (banded.grid.masks.sum(axis=0) > 0.5)
+    rest = measured[some] * (banded.grid.masks.sum(axis=0) > 0.5)
     errors = []
     for order in range(ORDERS + 1):
         most = order if order < ORDERS else 400
@@ -248,13 +257,13 @@ def _ordered(rows: FitSet, data: BandData, banded: BandedRoom) -> BandedRoom:
 def _equalised(
     rows: FitSet, emitters: Poses, listeners: Poses, banded: BandedRoom
 ) -> BandedRoom:
-    """Bring the source's spectrum to what rows say of it."""
+    """Fit the source's spectrum to the rows."""
     grid = banded.grid
-    heard = np.fft.rfft(rows.responses, grid.size)
-    told = banded.images(emitters, listeners)
-    weight = 1 / (np.abs(heard) ** 2).sum(axis=1, keepdims=True)
-    cross = (weight * told.conj() * heard).sum(axis=0)
-    power = (weight * np.abs(told) ** 2).sum(axis=0)
+    measured = np.fft.rfft(rows.responses, grid.size)
+    predicted = banded.images(emitters, listeners)
+    weight = 1 / (np.abs(measured) ** 2).sum(axis=1, keepdims=True)
+    cross = (weight * predicted.conj() * measured).sum(axis=0)
+    power = (weight * np.abs(predicted) ** 2).sum(axis=0)
     floor = 1e-3 * float(power.max()) + 1e-300
     found = _smooth(cross, grid) / (_smooth(power, grid).real + floor)
     return replace(banded, source=found)
@@ -275,8 +284,8 @@ def _ringing(data: BandData, banded: BandedRoom) -> BandedRoom:
         walls = np.where(deep[:, None], share * banded.walls.real, banded.walls.real)
         tried = replace(banded, walls=walls + 1j * banded.walls.imag)
         kernels = tried.kernels(data.weight)
-        told = tried.envelopes(data.emitters, data.listeners, kernels, deep)
-        found.append(_lateness(told, banded.grid)[deep])
+        predicted = tried.envelopes(data.emitters, data.listeners, kernels, deep)
+        found.append(_lateness(predicted, banded.grid)[deep])
     found = np.array(found)
     best = np.array(
         [np.interp(-w, -f, shares) for w, f in zip(wanted, found.T, strict=True)]
@@ -295,20 +304,22 @@ def _lateness(envelopes: NDArray, grid: HalfOctaves) -> FloatArray:
     out = np.zeros(grid.bands)
     for band in range(grid.bands):
         first, length = int(grid.starts[band]), int(grid.lengths[band])
-        heard = round(length * grid.n_samples / grid.size)
-        mine = power[first : first + heard]
-        early, late = mine[: heard // 2].sum(), mine[heard // 2 :].sum()
+        length = round(length * grid.n_samples / grid.size)
+        mine = power[first : first + length]
+        early, late = mine[: length // 2].sum(), mine[length // 2 :].sum()
         out[band] = np.log((late + 1e-300) / (early + 1e-300))
     return out
 
 
 def _levelled(rows: FitSet, data: BandData, banded: BandedRoom) -> BandedRoom:
     """Give each half octave the energy it has: what agrees alone is too quiet."""
-    heard = np.abs(np.fft.rfft(rows.responses, banded.grid.size)) ** 2
-    told = np.abs(banded.images(data.emitters, data.listeners) * banded.source) ** 2
-    weight = 1 / heard.sum(axis=1)
+    measured = np.abs(np.fft.rfft(rows.responses, banded.grid.size)) ** 2
+    images = banded.images(data.emitters, data.listeners)
+    predicted = np.abs(images * banded.source) ** 2
+    weight = 1 / measured.sum(axis=1)
     masks = banded.grid.masks
-    ratio = masks @ (weight @ heard) / np.maximum(masks @ (weight @ told), 1e-300)
+    found = masks @ (weight @ predicted)
+    ratio = masks @ (weight @ measured) / np.maximum(found, 1e-300)
     gain = np.sqrt(np.clip(ratio, *LEVEL)) @ masks + (1 - masks.sum(axis=0))
     return replace(banded, source=banded.source * gain)
 

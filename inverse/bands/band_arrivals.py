@@ -3,14 +3,23 @@
 import numpy as np
 from numba import njit
 
-__all__ = ["add_arrivals", "folded", "heard_arrivals", "place_arrivals", "planar"]
+__all__ = [
+    "arrival_arrays",
+    "bounce",
+    "held_arrivals",
+    "paint",
+    "place_arrivals",
+    "planar",
+    "reflected",
+    "summed_arrivals",
+]
 
 TURNS = 1024
 """Nodes of a turn; between them three terms of the exponential are exact to 1e-11."""
 _COSINE = np.cos(2 * np.pi * np.arange(TURNS) / TURNS)
 _SINE = np.sin(2 * np.pi * np.arange(TURNS) / TURNS)
-LANES = 4
-BITS = 8
+LANES = 4  # doubles of a 256-bit register: taps are padded to whole ones
+BITS = 8  # of how often a pair of walls is hit: 255 times
 
 
 @njit(cache=True, fastmath=True)
@@ -45,13 +54,37 @@ def _turned(angle):
 
 
 @njit(cache=True, fastmath=True)
-def bounce(found, away, counts, cosines, bounces):
+def arrival_arrays(room_for):
+    """Return arrays for what as many images are in one band.
+
+    Slants on the axes; by axis whether the low or the high wall is hit once more, and
+    the bits of how often both are; a workspace; values; the first envelope sample and
+    the node of the taps; how far behind that node an image stands.
+    """
+    return (
+        np.empty((3, room_for)),
+        np.empty((3, 2 + BITS, room_for)),
+        np.empty((4, room_for)),
+        np.empty(room_for, dtype=np.complex128),
+        np.empty((room_for, 2), dtype=np.int64),
+        np.empty(room_for),
+    )
+
+
+@njit(cache=True, fastmath=True)
+def reflected(wall, angled, cosine):
+    """Return the factor of one wall at one slant."""
+    return (cosine - wall) / (cosine + wall) if angled else wall
+
+
+@njit(cache=True, fastmath=True)
+def bounce(found, images, arrivals):
     """Part reflections into pairs of opposite walls and odd ones.
 
-    `cosines` (3, images) takes the slants, `bounces` (3, 2 + BITS, images) by axis
-    whether the low or the high wall is hit once more, and the bits of the pairs.
-    Returns the bits in use.
+    Writes slants and bounces of `arrival_arrays`; returns the bits in use.
     """
+    away, counts = images[0], images[2]
+    cosines, bounces = arrivals[0], arrivals[1]
     most = 0
     for n in range(found):
         for axis in range(3):
@@ -106,19 +139,17 @@ def _reflect(found, low, high, angled, cosine, bounces, bits, power, out):
 
 
 @njit(cache=True, fastmath=True)
-def place_arrivals(
-    found, away, cosines, bounces, bits, walls, angled, loss, scale, latency, turn,
-    rate, size, lead, fractions, spare, values, places, parts,
-):  # fmt: skip
-    """Write the values of images in one band, patterns left out, and their places.
-
-    `places` takes the first envelope sample and the node of the taps, `parts` how far
-    behind that node an image stands.
-    """
+def place_arrivals(found, bits, band, images, geometry, interior, kernels, arrivals):
+    """Write the values of images in one band, patterns left out, and their places."""
+    away, walls, loss = images[0], interior.walls[band], interior.loss[band]
+    scale, latency = geometry[2], geometry[3]
+    turn, rate, size = kernels.turns[band], kernels.rates[band], kernels.lengths[band]
+    lead, fractions = kernels.widths[band] // 2 - 1, kernels.taps.shape[1] - 1
+    cosines, bounces, spare, values, places, parts = arrivals
     spare[0, :found], spare[1, :found] = 1.0, 0.0
     for axis in range(3):
         _reflect(
-            found, walls[2 * axis], walls[2 * axis + 1], angled, cosines[axis],
+            found, walls[2 * axis], walls[2 * axis + 1], interior.angled, cosines[axis],
             bounces[axis], bits, spare[2:], spare,
         )  # fmt: skip
     for n in range(found):
@@ -138,8 +169,13 @@ def place_arrivals(
 
 
 @njit(cache=True, fastmath=True)
-def add_arrivals(found, values, places, parts, taps, width, out):
-    """Add images to an envelope, shape (2, size and as much as taps may stand out)."""
+def summed_arrivals(found, arrivals, taps, width, size, out):
+    """Write the envelope of all images, shape (2, size and as much as taps stand out).
+
+    What stands out behind the end is brought back to the start and stays as zeros.
+    """
+    values, places, parts = arrivals[3], arrivals[4], arrivals[5]
+    out[:] = 0.0
     for n in range(found):
         start, step, part = places[n, 0], places[n, 1], parts[n]
         a, b = values[n].real, values[n].imag
@@ -149,11 +185,19 @@ def add_arrivals(found, values, places, parts, taps, width, out):
             imag = low[1, tap] + part * (high[1, tap] - low[1, tap])
             out[0, start + tap] += a * real - b * imag
             out[1, start + tap] += a * imag + b * real
+    for m in range(size, out.shape[1]):
+        for half in range(2):
+            out[half, m % size] += out[half, m]
+            out[half, m] = 0.0
 
 
 @njit(cache=True, fastmath=True)
-def heard_arrivals(found, places, parts, taps, width, left, heard):
+def held_arrivals(found, arrivals, taps, width, size, weight, envelope, held):
     """Write what an envelope, continued round its end, holds of each image's shape."""
+    places, parts = arrivals[4], arrivals[5]
+    for m in range(size, envelope.shape[1]):
+        for half in range(2):
+            envelope[half, m] = envelope[half, m % size]
     for n in range(found):
         start, step, part = places[n, 0], places[n, 1], parts[n]
         low, high = taps[step], taps[step + 1]
@@ -161,16 +205,27 @@ def heard_arrivals(found, places, parts, taps, width, left, heard):
         for tap in range(width):
             real = low[0, tap] + part * (high[0, tap] - low[0, tap])
             imag = low[1, tap] + part * (high[1, tap] - low[1, tap])
-            now, beside = left[0, start + tap], left[1, start + tap]
+            now, beside = envelope[0, start + tap], envelope[1, start + tap]
             a += real * now + imag * beside
             b += real * beside - imag * now
-        heard[n] = complex(a, b)
+        held[n] = weight * complex(a, b)
 
 
 @njit(cache=True, fastmath=True)
-def folded(out, size):
-    """Bring what stands out behind an envelope's end back to its start."""
-    for m in range(size, out.shape[1]):
-        for half in range(2):
-            out[half, m % size] += out[half, m]
-            out[half, m] = 0.0
+def paint(value, at, band, kernels, period, out):
+    """Add one arrival at `at` samples to a band's envelope, as far as `out` goes."""
+    taps, width = kernels.taps[band], kernels.widths[band]
+    place = at * kernels.rates[band]
+    base = int(np.floor(place))
+    fine = (place - base) * (taps.shape[0] - 1)
+    step = int(fine)
+    part = fine - step
+    m = (base - (width // 2 - 1)) % period
+    for tap in range(width):
+        wave = taps[step, tap]
+        wave += part * (taps[step + 1, tap] - wave)
+        if m < len(out):
+            out[m] += value * wave
+        m += 1
+        if m == period:
+            m = 0

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from inverse.bands.band_kernel import LOSS, PATTERN, PHASE
 from inverse.bands.banded_room import BandedRoom, most_images
-from inverse.bands.half_octaves import HalfOctaves, Kernels
+from inverse.bands.half_octaves import HalfOctaves
 from inverse.rows.fitset import FitSet
 from rir import Poses
 
@@ -19,13 +19,19 @@ ComplexArray = NDArray[np.complex128]
 FAINT = 0.03
 """Below this share of its greatest magnitude a source counts as noise."""
 LOSS_SIGMA, PHASE_SIGMA, PATTERN_SIGMA = 3e-4, 1.0, 0.5
+"""Weak priors: nepers a metre, radians, and parts of the level."""
 WALL_SIGMA, WALL_SHARE, LOSS_SHARE = 0.01, 0.4, 0.2
 """A wall's factor moves from where a stage starts by a share of it and a little."""
-HEARING_SIGMA = 0.3
+HEARING_SIGMA = 0.3  # of a known listener's pattern, which is stated more surely
 MORE_TURNS = 1
 """Turns that make up for a curvature that is kept: they cost little."""
 WALL_BOUND, FIRST_DAMPING = 0.1, 0.01
-LEAST_ADMITTANCE, MOST_ADMITTANCE = 1e-3, 8.0
+"""Most that a wall moves in a step, over which its factor is nearly linear; damping
+that holds only what the rows hardly tell."""
+LEAST_ADMITTANCE, MOST_ADMITTANCE = 1e-3, 8.0  # nearly rigid; nearly soft
+DEEP_HZ = 110.0  # six walls cannot be told apart below (decision 0057)
+LEAST_ROWS = 24  # fewer do not tell the 39 values of a band, with some to judge
+KEPT_OUT = 4  # one row of so many judges only: enough to judge by, few lost to the fit
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +41,7 @@ class BandData:
     Parameters
     ----------
     emitters, listeners : Poses
-        Where the ends are believed to be.
+        Where the ends stand by the fit so far.
     targets : ndarray, shape (rows, total)
         Envelopes.
     weight : ndarray, shape (bins,)
@@ -59,7 +65,7 @@ class BandData:
 
 
 def band_data(rows: FitSet, grid: HalfOctaves, source: ComplexArray) -> BandData:
-    """Return rows as the bands hear them."""
+    """Return rows as envelopes of the bands, divided by the source's spectrum."""
     spectra = np.fft.rfft(rows.responses, grid.size)
     floor = FAINT**2 * float(np.max(np.abs(source) ** 2)) + 1e-300
     whole = np.abs(source) ** 2 + floor
@@ -115,12 +121,12 @@ def fit_walls(
 def tuned(data: BandData, banded: BandedRoom, band: int) -> BandedRoom:
     """Return the room with one band's level and phase put right."""
     kernels, alone = banded.kernels(data.weight), np.arange(banded.grid.bands) == band
-    told = banded.envelopes(data.emitters, data.listeners, kernels, alone)
+    model = banded.envelopes(data.emitters, data.listeners, kernels, alone)
     first = int(banded.grid.starts[band])
     here = slice(first, first + int(banded.grid.lengths[band]))
     weights = 1 / (data.power[:, band] + 0.1 * np.median(data.power[:, band]))
-    cross = weights @ (told[:, here].conj() * data.targets[:, here]).sum(axis=1)
-    power = weights @ (np.abs(told[:, here]) ** 2).sum(axis=1)
+    cross = weights @ (model[:, here].conj() * data.targets[:, here]).sum(axis=1)
+    power = weights @ (np.abs(model[:, here]) ** 2).sum(axis=1)
     factor = cross / max(float(power), 1e-300)
     phase, emitting = banded.phase.copy(), banded.emitting.copy()
     phase[band] += np.angle(factor)
@@ -144,12 +150,9 @@ def _sums(
     bands = banded.grid.bands
     square, right = np.zeros((bands, count, count)), np.zeros((bands, count))
     misfit = np.zeros((len(weights), bands))
-    kernels = banded.kernels(data.weight)
     add: Any = accumulate_bands
     add(
-        *banded.room.ends(data.emitters, data.listeners),
-        *banded.inside(),
-        *_parts(kernels),
+        *banded.loop_input(data.emitters, data.listeners, banded.kernels(data.weight)),
         most_images(banded),
         data.live,
         chosen,
@@ -164,20 +167,10 @@ def _sums(
     return square, right, misfit
 
 
-def _parts(kernels: Kernels):
-    return (
-        kernels.starts,
-        kernels.lengths,
-        kernels.turns,
-        kernels.rates,
-        kernels.taps,
-        kernels.widths,
-    )
-
-
 def _columns(banded: BandedRoom) -> int:
-    heard = banded.listening.shape[1]
-    return PATTERN + banded.emitting.shape[1] + (heard if heard > 1 else 0)
+    listening = banded.listening.shape[1]
+    free = listening if listening > 1 else 0
+    return PATTERN + banded.emitting.shape[1] + free
 
 
 def _values(banded: BandedRoom) -> FloatArray:

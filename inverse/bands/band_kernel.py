@@ -2,6 +2,10 @@
 
 A wall reflects by its admittance b over that of air, R = (cos - b) / (cos + b), or by
 one factor at all angles. The same image serves all bands, so images are listed first.
+
+All routines of this folder take the same tuples: `ends` (emitters, listeners and the
+turns into both devices' frames, as of `BoxRoom.ends`), `geometry` (low, high, scale,
+latency, reach, as of `BoxRoom.geometry`), an `Interior` and the `Kernels` of the bands.
 """
 
 from math import sqrt
@@ -10,12 +14,11 @@ import numpy as np
 from numba import njit
 
 from inverse.bands.band_arrivals import (
-    BITS,
-    add_arrivals,
+    arrival_arrays,
     bounce,
-    folded,
     place_arrivals,
     planar,
+    summed_arrivals,
 )
 from inverse.paths.lattice_kernel import (
     NEAREST_M,
@@ -23,24 +26,36 @@ from inverse.paths.lattice_kernel import (
 )
 from rir.harmonics_kernel import order_of, turned_harmonics
 
-__all__ = ["list_images", "render_bands"]
+__all__ = ["image_arrays", "list_images", "render_bands"]
 
 LOSS, PHASE, PATTERN = 12, 13, 14
 """Columns of a band: walls (real and imaginary by turns), air, phase, patterns."""
 
 
 @njit(cache=True, fastmath=True)
-def list_images(
-    e, h, turn, ear, low, high, reach, least, most, away, lattice, counts, leaving,
-    arriving,
-):  # fmt: skip
-    """List the images of one pair and return how many there are.
+def image_arrays(room_for, leaving, arriving):
+    """Return arrays for as many images, and for as many harmonics of both devices.
 
-    `away` takes the way to the listener and its length, `lattice` the integers and
-    signs of each image, `counts` reflections by wall, `leaving` and `arriving` the
-    harmonics of both directions.
+    The way to the listener and its length, integers and signs of the lattice,
+    reflections by wall, and the harmonics of both directions.
     """
-    size = high - low
+    return (
+        np.empty((room_for, 4)),
+        np.empty((room_for, 6)),
+        np.empty((room_for, 6), dtype=np.int64),
+        np.empty((room_for, leaving)),
+        np.empty((room_for, arriving)),
+    )
+
+
+@njit(cache=True, fastmath=True)
+def list_images(row, ends, geometry, least, most, images):
+    """List the images of one pair in `image_arrays`; return how many there are."""
+    emitters, listeners, turns, hearing = ends
+    low, high, _, _, reach = geometry
+    away, lattice, counts, leaving, arriving = images
+    e, h, size = emitters[row] - low, listeners[row] - low, high - low
+    turn, ear = turns[row], hearing[row]
     most_x = int(reach / (2 * size[0])) + 2
     most_y = int(reach / (2 * size[1])) + 2
     most_z = int(reach / (2 * size[2])) + 2
@@ -56,15 +71,15 @@ def list_images(
                 for py in range(2):
                     vy = h[1] - (1 - 2 * py) * e[1] - 2 * my * size[1]
                     ay, by = _counts(my, py)
-                    left = reach * reach - vx * vx - vy * vy
-                    if left < 0.0 or ax + bx + ay + by > most:
+                    within = reach * reach - vx * vx - vy * vy
+                    if within < 0.0 or ax + bx + ay + by > most:
                         continue
                     for mz in range(-most_z, most_z + 1):
                         for pz in range(2):
                             vz = h[2] - (1 - 2 * pz) * e[2] - 2 * mz * size[2]
                             az, bz = _counts(mz, pz)
                             order = ax + bx + ay + by + az + bz
-                            if vz * vz > left or order > most or order < least:
+                            if vz * vz > within or order > most or order < least:
                                 continue
                             if n == len(away):
                                 return n
@@ -94,7 +109,8 @@ def list_images(
 
 
 @njit(cache=True, fastmath=True)
-def _dot(coefficients, basis):
+def pattern_gain(coefficients, basis):
+    """Return a pattern's gain where its harmonics have given values."""
     total = 0.0
     for k in range(len(coefficients)):
         total += coefficients[k] * basis[k]
@@ -102,60 +118,38 @@ def _dot(coefficients, basis):
 
 
 @njit(cache=True, fastmath=True)
-def _add_turned(row, columns, a, b):
-    """Add (a + ib) times complex columns; both halves lie in one row."""
-    for k in range(len(row)):
-        row[k] += a * columns[0, k] + b * columns[1, k]
+def pattern_gains(found, band, images, interior):
+    """Return the gains of both devices towards all images in one band."""
+    return (
+        np.dot(images[3][:found], interior.emitting[band]),
+        np.dot(images[4][:found], interior.listening[band]),
+    )
 
 
 @njit(cache=True, fastmath=True)
-def _complete(columns):
-    """Fill the turned copy of columns whose halves are real and imaginary."""
-    count = columns.shape[1] // 2
-    for k in range(count):
-        columns[1, k] = -columns[0, count + k]
-        columns[1, count + k] = columns[0, k]
-
-
-@njit(cache=True, fastmath=True)
-def render_bands(
-    emitters, listeners, turns, hearing, low, high, scale, latency, reach, walls,
-    angled, loss, emitting, listening, least, most, starts, lengths, turn, rates, taps,
-    widths, room_for, chosen, out,
-):  # fmt: skip
+def render_bands(ends, geometry, interior, kernels, room_for, chosen, out):
     """Add the images of all rows to the `chosen` bands of (rows, total) envelopes."""
-    away, lattice = np.empty((room_for, 4)), np.empty((room_for, 6))
-    counts = np.empty((room_for, 6), dtype=np.int64)
-    leaving = np.empty((room_for, emitting.shape[1]))
-    arriving = np.empty((room_for, listening.shape[1]))
-    cosines, bounces = np.empty((3, room_for)), np.empty((3, 2 + BITS, room_for))
-    mirrored, values = np.empty((4, room_for)), np.empty(room_for, dtype=np.complex128)
-    places, parts = np.empty((room_for, 2), dtype=np.int64), np.empty(room_for)
-    fractions = taps.shape[1] - 1
-    shapes, wide = planar(taps, widths)
-    spare = np.empty((2, lengths.max() + shapes.shape[3]))
-    for row in range(len(emitters)):
-        found = list_images(
-            emitters[row] - low, listeners[row] - low, turns[row], hearing[row], low,
-            high, reach, least, most, away, lattice, counts, leaving, arriving,
-        )  # fmt: skip
-        bits = bounce(found, away, counts, cosines, bounces)
-        for band in range(len(starts)):
+    images = image_arrays(
+        room_for, interior.emitting.shape[1], interior.listening.shape[1]
+    )
+    arrivals = arrival_arrays(room_for)
+    values = arrivals[3]
+    shapes, wide = planar(kernels.taps, kernels.widths)
+    spare = np.empty((2, kernels.lengths.max() + shapes.shape[3]))
+    for row in range(len(out)):
+        found = list_images(row, ends, geometry, interior.least, interior.order, images)
+        bits = bounce(found, images, arrivals)
+        for band in range(len(kernels.starts)):
             if not chosen[band]:
                 continue
-            size = lengths[band]
+            size, start = kernels.lengths[band], kernels.starts[band]
             place_arrivals(
-                found, away, cosines, bounces, bits, walls[band], angled, loss[band],
-                scale, latency, turn[band], rates[band], size, widths[band] // 2 - 1,
-                fractions, mirrored, values, places, parts,
-            )  # fmt: skip
-            said = np.dot(leaving[:found], emitting[band])
-            heard = np.dot(arriving[:found], listening[band])
+                found, bits, band, images, geometry, interior, kernels, arrivals
+            )
+            leave, arrive = pattern_gains(found, band, images, interior)
             for n in range(found):
-                values[n] *= said[n] * heard[n]
+                values[n] *= leave[n] * arrive[n]
             here = spare[:, : size + shapes.shape[3]]
-            here[:] = 0.0
-            add_arrivals(found, values, places, parts, shapes[band], wide[band], here)
-            folded(here, size)
+            summed_arrivals(found, arrivals, shapes[band], wide[band], size, here)
             for m in range(size):
-                out[row, starts[band] + m] += complex(here[0, m], here[1, m])
+                out[row, start + m] += complex(here[0, m], here[1, m])

@@ -1,4 +1,4 @@
-"""Move geometry and the places of rows by what the half octaves say.
+"""Fit geometry and the places of rows to their half octaves.
 
 Each row has three coordinates at both ends, known to a stated sigma; they are
 eliminated row by row, so that rows cost the same however many there are.
@@ -13,12 +13,13 @@ from numpy.typing import NDArray
 from inverse.bands.band_fit import BandData
 from inverse.bands.banded_room import BandedRoom, most_images
 from inverse.bands.half_octaves import SPARE
+from inverse.paths.lattice_kernel import GEOMETRY
 from rir import Poses
 
 __all__ = ["PlaceFit", "fit_places"]
 
 FloatArray = NDArray[np.float64]
-GEOMETRY, PLACES = 11, 6
+PLACES = 6  # coordinates of a row's two ends
 SIGMAS = np.array([0.02] * 3 + [0.05] * 6 + [2.0, 8.0])
 """Weak priors: radians, metres, metres per second, samples."""
 FARTHEST = 3.0
@@ -55,7 +56,7 @@ def fit_places(
     sigma: float,
     shifts: FloatArray | None = None,
 ) -> PlaceFit:
-    """Move geometry and places; the bands `chosen` speak.
+    """Move geometry and places by the `chosen` bands.
 
     Parameters
     ----------
@@ -95,11 +96,11 @@ def _noise(at: PlaceFit, chosen: NDArray[np.bool_]) -> FloatArray:
     """Return what one envelope sample misses on average, shape (rows, bands)."""
     grid = at.banded.grid
     kernels = at.banded.kernels(at.data.weight)
-    told = at.banded.envelopes(at.data.emitters, at.data.listeners, kernels)
-    gap = np.abs(at.data.targets - told) ** 2 * at.data.live
-    left = np.add.reduceat(gap, grid.starts, axis=1)
+    model = at.banded.envelopes(at.data.emitters, at.data.listeners, kernels)
+    gap = np.abs(at.data.targets - model) ** 2 * at.data.live
+    residual = np.add.reduceat(gap, grid.starts, axis=1)
     count = np.add.reduceat(at.data.live.astype(float), grid.starts)
-    pooled = left.sum(axis=0) / np.maximum(at.data.power.sum(axis=0), 1e-300)
+    pooled = residual.sum(axis=0) / np.maximum(at.data.power.sum(axis=0), 1e-300)
     # rows are believed alike, by their own energy and the band's share
     noise = at.data.power * pooled / np.maximum(count, 1)
     return np.maximum(noise, 1e-6 * noise[:, chosen].mean() + 1e-300)
@@ -119,18 +120,9 @@ def _sums(
     rows, columns = len(weights), GEOMETRY + PLACES
     square, right = np.zeros((rows, columns, columns)), np.zeros((rows, columns))
     misfit = np.zeros(rows)
-    kernels = banded.kernels(data.weight)
     add: Any = accumulate_places
     add(
-        *banded.room.ends(data.emitters, data.listeners),
-        *banded.inside(),
-        kernels.starts,
-        kernels.lengths,
-        kernels.turns,
-        kernels.rates,
-        kernels.taps,
-        kernels.widths,
-        kernels.slopes,
+        *banded.loop_input(data.emitters, data.listeners, banded.kernels(data.weight)),
         most_images(banded),
         data.live,
         chosen,
@@ -153,10 +145,10 @@ def _solved(
     square: FloatArray, right: FloatArray, at: PlaceFit, sigma: float, damping: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the step of the geometry, of all places, and a covariance."""
-    heard = at.banded.room.box.found
+    found = at.banded.room.box.found
     active = np.ones(GEOMETRY, dtype=bool)
-    active[:3] = heard.sum() >= 2
-    active[3:6], active[6:9] = heard[0::2], heard[1::2]
+    active[:3] = found.sum() >= 2
+    active[3:6], active[6:9] = found[0::2], found[1::2]
     outer = square[:, :GEOMETRY, :GEOMETRY].sum(axis=0)
     pull = right[:, :GEOMETRY].sum(axis=0)
     moves = np.zeros((len(square), PLACES))

@@ -4,29 +4,28 @@ import numpy as np
 from numba import njit
 
 from inverse.bands.band_arrivals import (
-    BITS,
-    add_arrivals,
+    arrival_arrays,
     bounce,
-    folded,
-    heard_arrivals,
+    held_arrivals,
     place_arrivals,
     planar,
+    summed_arrivals,
 )
 from inverse.bands.band_kernel import (
     LOSS,
     PATTERN,
     PHASE,
-    _add_turned,
-    _complete,
+    image_arrays,
     list_images,
+    pattern_gains,
 )
 
-__all__ = ["accumulate_bands", "continued", "left_of"]
+__all__ = ["accumulate_bands", "residual_of"]
 
 
 @njit(cache=True, fastmath=True)
-def left_of(live, targets, model):
-    """Turn a model into what it leaves; return the squared sum."""
+def residual_of(live, targets, model):
+    """Turn a model into its residual; return the squared sum."""
     total = 0.0
     for m in range(len(live)):
         if live[m]:
@@ -39,48 +38,56 @@ def left_of(live, targets, model):
 
 
 @njit(cache=True, fastmath=True)
-def continued(model, size):
-    """Write an envelope on behind its end."""
-    for m in range(size, model.shape[1]):
-        for half in range(2):
-            model[half, m] = model[half, m % size]
-
-
-@njit(cache=True, fastmath=True)
-def _wall_changes(found, away, counts, walls, angled, values, changes):
+def _wall_changes(found, band, images, interior, values, changes):
     """Write how images follow the walls of one band, shape (2, images, 6)."""
+    away, counts = images[0], images[2]
     for n in range(found):
         for wall in range(6):
             count = counts[n, wall]
             if count == 0:
                 changes[0, n, wall], changes[1, n, wall] = 0.0, 0.0
                 continue
-            one = walls[wall]
+            below = interior.walls[band, wall]
             above = values[n] * count
-            if angled:
+            if interior.angled:
                 cosine = abs(away[n, wall // 2]) / away[n, 3]
-                one = cosine * cosine - one * one
+                below = cosine * cosine - below * below
                 above *= -2.0 * cosine
-            level = 1.0 / (one.real * one.real + one.imag * one.imag)
+            level = 1.0 / (below.real * below.real + below.imag * below.imag)
             changes[0, n, wall] = level * (
-                above.real * one.real + above.imag * one.imag
+                above.real * below.real + above.imag * below.imag
             )
             changes[1, n, wall] = level * (
-                above.imag * one.real - above.real * one.imag
+                above.imag * below.real - above.real * below.imag
             )
 
 
 @njit(cache=True, fastmath=True)
-def _spread(
-    found, changes, values, away, levels, leaving, arriving, places, parts, taps,
-    width, terms, jacobian,
-):  # fmt: skip
+def _add_turned(row, columns, a, b):
+    """Add (a + ib) times complex columns; both halves lie in one row."""
+    for k in range(len(row)):
+        row[k] += a * columns[0, k] + b * columns[1, k]
+
+
+@njit(cache=True, fastmath=True)
+def _complete(columns):
+    """Fill the turned copy of columns whose halves are real and imaginary."""
+    count = columns.shape[1] // 2
+    for k in range(count):
+        columns[1, k] = -columns[0, count + k]
+        columns[1, count + k] = columns[0, k]
+
+
+@njit(cache=True, fastmath=True)
+def _spread(found, changes, levels, images, arrivals, taps, width, terms, jacobian):
     """Add the derivatives of all images to those of an envelope, (size, 2 columns).
 
     Columns: six walls, air, patterns, real parts before imaginary ones; others are
     these turned by a right angle.
     """
-    said, heard = leaving.shape[1], arriving.shape[1]
+    away, leaving, arriving = images[0], images[3], images[4]
+    values, places, parts = arrivals[3], arrivals[4], arrivals[5]
+    emitting, listening = leaving.shape[1], arriving.shape[1]
     columns = jacobian.shape[1] // 2
     real, imag = terms[0, :columns], terms[0, columns:]
     for n in range(found):
@@ -88,13 +95,13 @@ def _spread(
         whole = values[n]
         real[6], imag[6] = -away[n, 3] * whole.real, -away[n, 3] * whole.imag
         a, b = levels[0, n].real, levels[0, n].imag
-        for k in range(said):
+        for k in range(emitting):
             real[7 + k], imag[7 + k] = a * leaving[n, k], b * leaving[n, k]
-        if heard > 1:
+        if listening > 1:
             a, b = levels[1, n].real, levels[1, n].imag
-            for k in range(heard):
-                real[7 + said + k] = a * arriving[n, k]
-                imag[7 + said + k] = b * arriving[n, k]
+            for k in range(listening):
+                real[7 + emitting + k] = a * arriving[n, k]
+                imag[7 + emitting + k] = b * arriving[n, k]
         _complete(terms)
         start, step, part = places[n, 0], places[n, 1], parts[n]
         low, high = taps[step], taps[step + 1]
@@ -105,8 +112,8 @@ def _spread(
 
 
 @njit(cache=True, fastmath=True)
-def _curved(live, jacobian, told, weight, whole, square):
-    """Add products of all columns; `told` is the envelope itself."""
+def _curved(live, jacobian, envelope, weight, whole, square):
+    """Add products of all columns to the curvature."""
     size = len(live)
     columns = jacobian.shape[1] // 2
     for m in range(size):
@@ -122,7 +129,7 @@ def _curved(live, jacobian, told, weight, whole, square):
                 whole[row, 2 * wall] = jacobian[m, here + wall]
                 whole[row, 2 * wall + 1] = sign * jacobian[m, beside + wall]
             whole[row, LOSS] = jacobian[m, here + 6]
-            whole[row, PHASE] = sign * told[turned, m]
+            whole[row, PHASE] = sign * envelope[turned, m]
             for k in range(columns - 7):
                 whole[row, PATTERN + k] = jacobian[m, here + 7 + k]
     used = whole[: 2 * size]
@@ -130,9 +137,10 @@ def _curved(live, jacobian, told, weight, whole, square):
 
 
 @njit(cache=True, fastmath=True)
-def _sloped(found, changes, values, away, levels, leaving, arriving, echoes, right):
-    """Add what is left along all columns; `echoes` is what each image's shape holds."""
-    said, heard = leaving.shape[1], arriving.shape[1]
+def _sloped(found, changes, levels, images, values, echoes, right):
+    """Add the residual along all columns; `echoes` is what each image's shape holds."""
+    away, leaving, arriving = images[0], images[3], images[4]
+    emitting = leaving.shape[1]
     first, second = np.empty(found), np.empty(found)
     for n in range(found):
         echo = echoes[n]
@@ -145,22 +153,24 @@ def _sloped(found, changes, values, away, levels, leaving, arriving, echoes, rig
         right[PHASE] += whole.imag
         first[n] = (levels[0, n].conjugate() * echo).real
         second[n] = (levels[1, n].conjugate() * echo).real
-    right[PATTERN : PATTERN + said] += np.dot(first, leaving[:found])
-    if heard > 1:
-        right[PATTERN + said :] += np.dot(second, arriving[:found])
+    right[PATTERN : PATTERN + emitting] += np.dot(first, leaving[:found])
+    if arriving.shape[1] > 1:
+        right[PATTERN + emitting :] += np.dot(second, arriving[:found])
 
 
 @njit(cache=True, fastmath=True)
 def accumulate_bands(
-    emitters, listeners, turns, hearing, low, high, scale, latency, reach, walls,
-    angled, loss, emitting, listening, least, most, starts, lengths, turn, rates, taps,
-    widths, room_for, live, chosen, curved, sloped, targets, weights, square, right,
-    misfit,
+    ends, geometry, interior, kernels, room_for, live, chosen, curved, sloped, targets,
+    weights, square, right, misfit,
 ):  # fmt: skip
     """Add up normal equations of every band's walls, air, phase and patterns.
 
     Parameters
     ----------
+    ends, geometry, interior, kernels
+        As in `inverse.bands.band_kernel`.
+    room_for : int
+        Images that arrays are made for.
     live : ndarray of bool, shape (total,)
         Envelope samples that count.
     chosen : ndarray of bool, shape (bands,)
@@ -174,75 +184,58 @@ def accumulate_bands(
     square, right, misfit : ndarray
         Filled, shapes (bands, P, P), (bands, P) and (rows, bands).
     """
-    away, lattice = np.empty((room_for, 4)), np.empty((room_for, 6))
-    counts = np.empty((room_for, 6), dtype=np.int64)
-    said, heard = emitting.shape[1], listening.shape[1]
-    leaving, arriving = np.empty((room_for, said)), np.empty((room_for, heard))
-    cosines, bounces = np.empty((3, room_for)), np.empty((3, 2 + BITS, room_for))
-    mirrored, values = np.empty((4, room_for)), np.empty(room_for, dtype=np.complex128)
+    emitting, listening = interior.emitting.shape[1], interior.listening.shape[1]
+    images = image_arrays(room_for, emitting, listening)
+    arrivals = arrival_arrays(room_for)
+    values = arrivals[3]
     levels = np.empty((2, room_for), dtype=np.complex128)
     echoes = np.empty(room_for, dtype=np.complex128)
     changes = np.empty((2, room_for, 6))
-    places, parts = np.empty((room_for, 2), dtype=np.int64), np.empty(room_for)
-    fractions = taps.shape[1] - 1
-    shapes, wide = planar(taps, widths)
+    shapes, wide = planar(kernels.taps, kernels.widths)
     spare = shapes.shape[3]
-    longest = lengths.max() + spare
-    more = heard if heard > 1 else 0
-    terms = np.empty((2, 2 * (7 + said + more)))
-    every = np.empty((longest, 2 * (7 + said + more)))
-    whole = np.empty((2 * longest, PATTERN + said + more))
-    both, told = np.empty((2, longest)), np.empty((2, longest))
+    longest = kernels.lengths.max() + spare
+    more = listening if listening > 1 else 0
+    terms = np.empty((2, 2 * (7 + emitting + more)))
+    every = np.empty((longest, 2 * (7 + emitting + more)))
+    whole = np.empty((2 * longest, PATTERN + emitting + more))
+    both, envelope = np.empty((2, longest)), np.empty((2, longest))
     square[:], right[:], misfit[:] = 0.0, 0.0, 0.0
-    for row in range(len(emitters)):
-        found = list_images(
-            emitters[row] - low, listeners[row] - low, turns[row], hearing[row], low,
-            high, reach, least, most, away, lattice, counts, leaving, arriving,
-        )  # fmt: skip
-        bits = bounce(found, away, counts, cosines, bounces)
-        for band in range(len(starts)):
+    for row in range(len(targets)):
+        found = list_images(row, ends, geometry, interior.least, interior.order, images)
+        bits = bounce(found, images, arrivals)
+        for band in range(len(kernels.starts)):
             if not chosen[band]:
                 continue
-            size = lengths[band]
+            size, start = kernels.lengths[band], kernels.starts[band]
             place_arrivals(
-                found, away, cosines, bounces, bits, walls[band], angled, loss[band],
-                scale, latency, turn[band], rates[band], size, widths[band] // 2 - 1,
-                fractions, mirrored, values, places, parts,
-            )  # fmt: skip
-            leave = np.dot(leaving[:found], emitting[band])
-            arrive = np.dot(arriving[:found], listening[band])
+                found, bits, band, images, geometry, interior, kernels, arrivals
+            )
+            leave, arrive = pattern_gains(found, band, images, interior)
             for n in range(found):
                 levels[0, n], levels[1, n] = values[n] * arrive[n], values[n] * leave[n]
                 values[n] *= leave[n] * arrive[n]
             model = both[:, : size + spare]
-            model[:] = 0.0
-            add_arrivals(found, values, places, parts, shapes[band], wide[band], model)
-            folded(model, size)
-            told[:, :size] = model[:, :size]
-            here = slice(starts[band], starts[band] + size)
+            summed_arrivals(found, arrivals, shapes[band], wide[band], size, model)
+            envelope[:, :size] = model[:, :size]
+            here = slice(start, start + size)
             weight = weights[row, band]
-            misfit[row, band] = left_of(live[here], targets[row, here], model)
+            misfit[row, band] = residual_of(live[here], targets[row, here], model)
             if weight == 0.0 or not (curved or sloped):
                 continue
-            _wall_changes(found, away, counts, walls[band], angled, values, changes)
+            _wall_changes(found, band, images, interior, values, changes)
             if sloped:
-                continued(model, size)
-                heard_arrivals(
-                    found, places, parts, shapes[band], wide[band], model, echoes
-                )
-                for n in range(found):
-                    echoes[n] *= weight
-                _sloped(
-                    found, changes, values, away, levels, leaving, arriving, echoes,
-                    right[band],
+                held_arrivals(
+                    found, arrivals, shapes[band], wide[band], size, weight, model,
+                    echoes,
                 )  # fmt: skip
+                _sloped(found, changes, levels, images, values, echoes, right[band])
             if curved:
                 jacobian = every[: size + spare]
                 jacobian[:] = 0.0
                 _spread(
-                    found, changes, values, away, levels, leaving, arriving, places,
-                    parts, shapes[band], wide[band], terms, jacobian,
+                    found, changes, levels, images, arrivals, shapes[band], wide[band],
+                    terms, jacobian,
                 )  # fmt: skip
                 for m in range(size, size + spare):
                     jacobian[m % size] += jacobian[m]
-                _curved(live[here], jacobian, told, weight, whole, square[band])
+                _curved(live[here], jacobian, envelope, weight, whole, square[band])

@@ -6,17 +6,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from inverse.bands.half_octaves import HalfOctaves, Kernels, LoopInput
+from inverse.bands.half_octaves import HalfOctaves, Interior, Kernels, LoopInput
 from inverse.bands.occluders import Occluders
 from inverse.bands.scatterers import Scatterers
 from inverse.paths.room import MOST_IMAGES, BoxRoom
 from rir import Poses
 
-__all__ = ["BandedRoom", "Ends"]
+__all__ = ["BandedRoom", "most_images"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
-Ends = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,46 +89,43 @@ class BandedRoom:
             chosen = np.ones(self.grid.bands, dtype=bool)
         out = np.zeros((len(emitters), self.grid.total), dtype=np.complex128)
         add: Any = render_bands
-        taken = self.taken(emitters, listeners, kernels)
-        add(*taken.ends, *taken.inside, *taken.arrivals, most_images(self), chosen, out)
+        taken = self.loop_input(emitters, listeners, kernels)
+        add(*taken, most_images(self), chosen, out)
         if self.occluders is not None:
             self.occluders.add(taken, self.room.box, self.grid.centers, chosen, out)
         if self.scatterers is not None:
             self.scatterers.add(taken, self.room.box, chosen, out)
         return out
 
-    def taken(self, emitters: Poses, listeners: Poses, kernels: Kernels) -> LoopInput:
+    def loop_input(
+        self, emitters: Poses, listeners: Poses, kernels: Kernels
+    ) -> LoopInput:
         """Return poses, room and kernels as the compiled loops take them."""
-        ends = self.room.ends(emitters, listeners)
-        return LoopInput(ends, self.inside(), _parts(kernels))
-
-    def kernels(self, weight: FloatArray) -> Kernels:
-        """Return arrivals as the bands hear them, their phase included."""
-        plain = self.grid.kernels(weight)
-        turn = np.exp(1j * self.phase)[:, None, None]
-        return Kernels(
-            plain.starts,
-            plain.lengths,
-            plain.turns,
-            plain.rates,
-            np.ascontiguousarray(plain.taps * turn),
-            np.ascontiguousarray(plain.slopes * turn),
-            plain.widths,
-        )
-
-    def inside(self) -> tuple[Any, ...]:
-        """Return geometry, walls and patterns as the compiled loops take them."""
-        room = self.room
-        return (
-            *room.geometry(self.grid.n_samples),
+        interior = Interior(
             self.walls,
             self.angled,
             self.loss,
             self.emitting,
             self.listening,
-            room.least,
-            room.order,
+            self.room.least,
+            self.room.order,
         )
+        ends, geometry = self.room.ends(emitters, listeners), self.geometry
+        return LoopInput(ends, geometry, interior, kernels)
+
+    def kernels(self, weight: FloatArray) -> Kernels:
+        """Return arrivals as the bands hear them, their phase included."""
+        plain = self.grid.kernels(weight)
+        turn = np.exp(1j * self.phase)[:, None, None]
+        return plain._replace(
+            taps=np.ascontiguousarray(plain.taps * turn),
+            slopes=np.ascontiguousarray(plain.slopes * turn),
+        )
+
+    @property
+    def geometry(self) -> tuple[FloatArray, FloatArray, float, float, float]:
+        """Corners, samples a metre, latency in samples, longest path in metres."""
+        return self.room.geometry(self.grid.n_samples)
 
     def as_arrays(self) -> dict[str, np.ndarray]:
         """Return all but the geometry as plain arrays, for a file."""
@@ -159,21 +155,10 @@ class BandedRoom:
         return np.abs((0.5 - self.walls) / (0.5 + self.walls)) ** 2
 
 
-def _parts(kernels: Kernels) -> tuple[Any, ...]:
-    return (
-        kernels.starts,
-        kernels.lengths,
-        kernels.turns,
-        kernels.rates,
-        kernels.taps,
-        kernels.widths,
-    )
-
-
 def most_images(banded: BandedRoom) -> int:
     """Return how many images a pair can have at most."""
     size = banded.room.box.high - banded.room.box.low
-    reach = banded.room.geometry(banded.grid.n_samples)[-1]
+    reach = banded.geometry[-1]
     # each axis holds one image a room's width, and some more at the rim
     inside = 4 / 3 * np.pi * float(np.prod(reach / size + 1.5))
     return int(min(max(inside, 64), 4 * MOST_IMAGES))

@@ -6,43 +6,25 @@ so that an image costs a dozen taps a band whatever the sample rate.
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["HalfOctaves", "Kernels"]
+__all__ = ["HalfOctaves", "Interior", "Kernels", "LoopInput"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
-LOWEST_HZ = 20.0
-PAD_S = 0.03
+LOWEST_HZ = 20.0  # the limit of hearing
+PAD_S = 0.03  # behind a response, so that filters of its end do not reach its start
 SPARE = 1.6
 """Envelope samples over the bins of a band."""
 FRACTIONS, TAPS, MOST_TAPS = 64, 14, 48
+"""Nodes a sample, taps of an arrival (decision 0057), and length of an envelope that is
+short enough to take whole."""
 
 
-@dataclass(frozen=True, eq=False)
-class LoopInput:
-    """Hold what every compiled loop over half octaves starts from, in their order.
-
-    Parameters
-    ----------
-    ends : tuple
-        Places and patterns' frames of both ends, one a row.
-    inside : tuple
-        Geometry, walls, air, devices and orders of the room.
-    arrivals : tuple
-        Kernels of arrivals.
-    """
-
-    ends: tuple[Any, ...]
-    inside: tuple[Any, ...]
-    arrivals: tuple[Any, ...]
-
-
-@dataclass(frozen=True, eq=False)
-class Kernels:
+class Kernels(NamedTuple):
     """Hold what a compiled loop needs to add an arrival to all bands.
 
     Parameters
@@ -65,6 +47,43 @@ class Kernels:
     taps: ComplexArray
     slopes: ComplexArray
     widths: NDArray[np.int64]
+
+
+class Interior(NamedTuple):
+    """Hold what a box is made of in half octaves.
+
+    Fields are those of `BandedRoom`; `least` and `order` are the fewest and the most
+    reflections of an image.
+    """
+
+    walls: ComplexArray
+    angled: bool
+    loss: FloatArray
+    emitting: FloatArray
+    listening: FloatArray
+    least: int
+    order: int
+
+
+class LoopInput(NamedTuple):
+    """Hold what every compiled loop over half octaves starts from, in their order.
+
+    Parameters
+    ----------
+    ends : tuple
+        Places of both ends and turns into their frames, as of `BoxRoom.ends`.
+    geometry : tuple
+        Corners, scale, latency and reach, as of `BoxRoom.geometry`.
+    interior : Interior
+        Walls, air, devices and orders of the room.
+    kernels : Kernels
+        Arrivals.
+    """
+
+    ends: tuple[FloatArray, FloatArray, FloatArray, FloatArray]
+    geometry: tuple[FloatArray, FloatArray, float, float, float]
+    interior: Interior
+    kernels: Kernels
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,9 @@ from rir.arrays import ComplexArray, FloatArray
 
 __all__ = ["Occluders", "voxels_of"]
 
-VOXEL_M, MOST_VOXELS, SHADED_ORDER = 0.25, 20000, 3
-LEAST_VOXELS = 4
+VOXEL_M, MOST_VOXELS = 0.25, 20000  # half a wave of 700 Hz; large rooms get larger ones
+SHADED_ORDER = 3  # later echoes cross the room so often that all lose much alike
+LEAST_VOXELS = 4  # that touch: a sixteenth of a cubic metre, less than a chair
 SOLID = 0.35
 """Share of what most voxels in the way keep that makes a voxel solid."""
 
@@ -35,7 +36,7 @@ class Occluders:
     shape : ndarray of int, shape (3,)
         Voxels along each axis.
     hertz : ndarray, shape (groups,)
-        Middles of the bands that were heard.
+        Middles of the bands that were measured.
     depths : ndarray, shape (groups, voxels)
         Nepers a metre.
     """
@@ -110,12 +111,10 @@ class Occluders:
         from inverse.bands.occlusion_kernel import add_shadows
 
         add: Any = add_shadows
-        *room, order = taken.inside
+        order = min(taken.interior.order, SHADED_ORDER)
+        interior = taken.interior._replace(order=order)
         add(
-            *taken.ends,
-            *room,
-            min(order, SHADED_ORDER),
-            *taken.arrivals,
+            *taken._replace(interior=interior),
             chosen,
             (box.high - box.low) / self.shape,
             self.shape,

@@ -9,9 +9,14 @@ from math import floor
 import numpy as np
 from numba import njit
 
-from inverse.bands.band_kernel import _dot, list_images
+from inverse.bands.band_arrivals import paint, reflected
+from inverse.bands.band_kernel import image_arrays, list_images, pattern_gain
 
 __all__ = ["add_shadows", "cross_voxels", "part_paths", "trace_paths"]
+
+MOST_SHADED = 512  # images of a pair; all that reflect three times at most are 63
+MOST_CROSSED = 2048  # voxels of 0.25 m on a way: 200 m and more
+LEAST_DEPTH = 1e-4  # nepers: less is no shadow
 
 
 @njit(cache=True, fastmath=True)
@@ -58,149 +63,88 @@ def cross_voxels(start, way, step, shape, voxels, lengths):
 
 
 @njit(cache=True, fastmath=True)
-def _walls(walls, angled, away, counts):
-    """Return the product of all reflections of an image in one band."""
+def _value(band, n, at, images, interior, kernels):
+    """Return amplitude and phase of an image that arrives at `at` in one band."""
+    away, _, counts, leaving, arriving = images
+    length = away[n, 3]
+    gain = np.exp(-interior.loss[band] * length) / length
+    gain *= pattern_gain(interior.emitting[band], leaving[n])
+    gain *= pattern_gain(interior.listening[band], arriving[n])
     factor = 1.0 + 0.0j
     for wall in range(6):
-        one = walls[wall]
-        if angled:
-            cosine = abs(away[wall // 2]) / away[3]
-            one = (cosine - one) / (cosine + one)
-        for _ in range(counts[wall]):
+        cosine = abs(away[n, wall // 2]) / length
+        one = reflected(interior.walls[band, wall], interior.angled, cosine)
+        for _ in range(counts[n, wall]):
             factor *= one
-    return factor
+    angle = kernels.turns[band] * at
+    return gain * factor * complex(np.cos(angle), -np.sin(angle))
 
 
 @njit(cache=True, fastmath=True)
-def _value(band, n, away, counts, leaving, arriving, walls, angled, loss, emitting,
-           listening):  # fmt: skip
-    """Return amplitude and reflections of an image in one band, without phase."""
-    length = away[n, 3]
-    gain = np.exp(-loss[band] * length) / length
-    gain *= _dot(emitting[band], leaving[n])
-    gain *= _dot(listening[band], arriving[n])
-    return gain * _walls(walls[band], angled, away[n], counts[n])
-
-
-@njit(cache=True, fastmath=True)
-def add_shadows(
-    emitters, listeners, turns, hearing, low, high, scale, latency, reach, walls,
-    angled, loss, emitting, listening, least, most, starts, sizes, turn, rates, taps,
-    widths, chosen, step, shape, depths, out,
-):  # fmt: skip
+def add_shadows(ends, geometry, interior, kernels, chosen, step, shape, depths, out):
     """Take from envelopes (rows, total) what voxels keep of images up to an order.
 
-    `depths` (bands, voxels) are nepers a metre.
+    `depths` (bands, voxels) are nepers a metre; other parameters are those of
+    `inverse.bands.band_kernel`.
     """
-    room_for = 512
-    away, lattice = np.empty((room_for, 4)), np.empty((room_for, 6))
-    counts = np.empty((room_for, 6), dtype=np.int64)
-    leaving = np.empty((room_for, emitting.shape[1]))
-    arriving = np.empty((room_for, listening.shape[1]))
-    voxels, lengths = np.empty(2048, np.int64), np.empty(2048)
-    fractions = taps.shape[1] - 1
-    for row in range(len(emitters)):
-        start = emitters[row] - low
-        found = list_images(
-            start, listeners[row] - low, turns[row], hearing[row], low, high, reach,
-            least, most, away, lattice, counts, leaving, arriving,
-        )  # fmt: skip
+    images = image_arrays(
+        MOST_SHADED, interior.emitting.shape[1], interior.listening.shape[1]
+    )
+    away, lattice = images[0], images[1]
+    voxels, lengths = np.empty(MOST_CROSSED, np.int64), np.empty(MOST_CROSSED)
+    for row in range(len(out)):
+        start = ends[0][row] - geometry[0]
+        found = list_images(row, ends, geometry, interior.least, interior.order, images)
         for n in range(found):
             way = away[n, :3] * lattice[n, 3:]
             crossed = cross_voxels(start, way, step, shape, voxels, lengths)
-            for band in range(len(starts)):
+            at = away[n, 3] * geometry[2] + geometry[3]
+            for band in range(len(kernels.starts)):
                 if not chosen[band]:
                     continue
                 depth = 0.0
                 for k in range(crossed):
                     depth += depths[band, voxels[k]] * lengths[k]
-                if depth < 1e-4:
+                if depth < LEAST_DEPTH:
                     continue
-                value = _value(
-                    band, n, away, counts, leaving, arriving, walls, angled, loss,
-                    emitting, listening,
-                )  # fmt: skip
-                at = away[n, 3] * scale + latency
-                angle = turn[band] * at
-                value *= (np.exp(-depth) - 1.0) * complex(np.cos(angle), -np.sin(angle))
-                place = at * rates[band]
-                base = floor(place)
-                fine = (place - base) * fractions
-                tick = int(fine)
-                part = fine - tick
-                first = base - (widths[band] // 2 - 1)
-                for tap in range(widths[band]):
-                    wave = taps[band, tick, tap]
-                    wave += part * (taps[band, tick + 1, tap] - wave)
-                    m = starts[band] + (first + tap) % sizes[band]
-                    out[row, m] += value * wave
+                value = _value(band, n, at, images, interior, kernels)
+                value *= np.exp(-depth) - 1.0
+                first, size = kernels.starts[band], kernels.lengths[band]
+                here = out[row, first : first + size]
+                paint(value, at, band, kernels, size, here)
 
 
 @njit(cache=True, fastmath=True)
-def part_paths(
-    emitters, listeners, turns, hearing, low, high, scale, latency, reach, walls,
-    angled, loss, emitting, listening, most, turn, rates, taps, widths, band, period,
-    columns,
-):  # fmt: skip
+def part_paths(ends, geometry, interior, kernels, most, band, columns):
     """Write what each mirror path up to an order sends to one band.
 
-    `columns` (rows, paths, samples) are filled; `period` is the band's length.
+    `columns` (rows, paths, samples) are filled.
     """
-    room_for = columns.shape[1]
-    away, lattice = np.empty((room_for, 4)), np.empty((room_for, 6))
-    counts = np.empty((room_for, 6), dtype=np.int64)
-    leaving = np.empty((room_for, emitting.shape[1]))
-    arriving = np.empty((room_for, listening.shape[1]))
-    fractions = taps.shape[1] - 1
-    for row in range(len(emitters)):
-        found = list_images(
-            emitters[row] - low, listeners[row] - low, turns[row], hearing[row], low,
-            high, reach, 0, most, away, lattice, counts, leaving, arriving,
-        )  # fmt: skip
+    images = image_arrays(
+        columns.shape[1], interior.emitting.shape[1], interior.listening.shape[1]
+    )
+    for row in range(len(columns)):
+        found = list_images(row, ends, geometry, 0, most, images)
         for n in range(found):
-            value = _value(
-                band, n, away, counts, leaving, arriving, walls, angled, loss,
-                emitting, listening,
-            )  # fmt: skip
-            at = away[n, 3] * scale + latency
-            angle = turn[band] * at
-            value *= complex(np.cos(angle), -np.sin(angle))
-            place = at * rates[band]
-            base = floor(place)
-            fine = (place - base) * fractions
-            tick = int(fine)
-            part = fine - tick
-            first = base - (widths[band] // 2 - 1)
-            for tap in range(widths[band]):
-                wave = taps[band, tick, tap]
-                wave += part * (taps[band, tick + 1, tap] - wave)
-                m = (first + tap) % period
-                if m < columns.shape[2]:
-                    columns[row, n, m] += value * wave
+            at = images[0][n, 3] * geometry[2] + geometry[3]
+            value = _value(band, n, at, images, interior, kernels)
+            paint(value, at, band, kernels, kernels.lengths[band], columns[row, n])
 
 
 @njit(cache=True, fastmath=True)
-def trace_paths(
-    emitters, listeners, turns, hearing, low, high, reach, most, step, shape, ways,
-    bounces, cells, spans,
-):  # fmt: skip
+def trace_paths(ends, geometry, most, step, shape, ways, bounces, cells, spans):
     """Write the voxels on the mirror paths up to an order, as `part_paths` lists them.
 
     `ways` (rows,) takes the number of paths, `bounces` (rows, paths) of walls,
     `cells` and `spans` (rows, paths, n) voxels, -1 behind the last, and metres in
     each.
     """
-    room_for = cells.shape[1]
-    away, lattice = np.empty((room_for, 4)), np.empty((room_for, 6))
-    counts = np.empty((room_for, 6), dtype=np.int64)
-    leaving, arriving = np.empty((room_for, 1)), np.empty((room_for, 1))
+    images = image_arrays(cells.shape[1], 1, 1)
+    away, lattice, counts = images[0], images[1], images[2]
     cells[:] = -1
-    for row in range(len(emitters)):
-        start = emitters[row] - low
-        ways[row] = list_images(
-            start, listeners[row] - low, turns[row], hearing[row], low, high, reach,
-            0, most, away, lattice, counts, leaving, arriving,
-        )  # fmt: skip
+    for row in range(len(cells)):
+        start = ends[0][row] - geometry[0]
+        ways[row] = list_images(row, ends, geometry, 0, most, images)
         for n in range(ways[row]):
             bounces[row, n] = counts[n].sum()
             way = away[n, :3] * lattice[n, 3:]

@@ -4,26 +4,28 @@ import numpy as np
 from numba import njit
 
 from inverse.bands.band_arrivals import (
-    BITS,
-    add_arrivals,
+    arrival_arrays,
     bounce,
-    folded,
-    heard_arrivals,
+    held_arrivals,
     place_arrivals,
     planar,
+    summed_arrivals,
 )
-from inverse.bands.band_kernel import list_images
-from inverse.bands.band_sums import continued, left_of
-from inverse.paths.lattice_kernel import _path_slopes
+from inverse.bands.band_kernel import image_arrays, list_images, pattern_gains
+from inverse.bands.band_sums import residual_of
+from inverse.paths.lattice_kernel import GEOMETRY, _path_slopes
 
 __all__ = ["accumulate_places"]
 
-COLUMNS = 17
+COLUMNS = GEOMETRY + 6
+"""Both places, three coordinates each, behind the geometry."""
 
 
 @njit(cache=True, fastmath=True)
-def _delays(found, away, lattice, about_e, about_h, scale, speed, rate, moved):
+def _delays(found, row, ends, geometry, images, center, speed, rate, moved):
     """Write how images' arrivals follow each column, samples, (images, COLUMNS)."""
+    away, lattice, scale = images[0], images[1], geometry[2]
+    about_e, about_h = ends[0][row] - center, ends[1][row] - center
     parity, sign = np.empty(3), np.empty(3)
     for n in range(found):
         length = away[n, 3]
@@ -42,8 +44,9 @@ def _delays(found, away, lattice, about_e, about_h, scale, speed, rate, moved):
 
 
 @njit(cache=True, fastmath=True)
-def _spread(found, values, moved, places, parts, taps, width, jacobian):
+def _spread(found, arrivals, moved, taps, width, jacobian):
     """Add how an envelope follows each column, shape (size, 2 COLUMNS)."""
+    values, places, parts = arrivals[3], arrivals[4], arrivals[5]
     for n in range(found):
         start, step, part = places[n, 0], places[n, 1], parts[n]
         real, imag = values[n].real, values[n].imag
@@ -75,79 +78,60 @@ def _curved(jacobian, live, weight, square):
 
 @njit(cache=True, fastmath=True)
 def accumulate_places(
-    emitters, listeners, turns, hearing, low, high, scale, latency, reach, walls,
-    angled, loss, emitting, listening, least, most, starts, lengths, turn, rates, taps,
-    widths, slopes, room_for, live, chosen, curved, sloped, center, speed, rate,
-    targets, weights, square, right, misfit,
+    ends, geometry, interior, kernels, room_for, live, chosen, curved, sloped, center,
+    speed, rate, targets, weights, square, right, misfit,
 ):  # fmt: skip
     """Add up each row's normal equations of geometry and both its places.
 
     Columns: turn 3, low 3, high 3, speed, latency (samples), listener 3, emitter 3,
     in the frame of the box. `square` (rows, 17, 17), filled where `curved`, `right`
     (rows, 17), where `sloped`, and `misfit` (rows,) are sums over the `chosen` bands.
+    Other parameters are those of `inverse.bands.band_sums.accumulate_bands`.
     """
-    away, lattice = np.empty((room_for, 4)), np.empty((room_for, 6))
-    counts = np.empty((room_for, 6), dtype=np.int64)
-    leaving = np.empty((room_for, emitting.shape[1]))
-    arriving = np.empty((room_for, listening.shape[1]))
-    cosines, bounces = np.empty((3, room_for)), np.empty((3, 2 + BITS, room_for))
-    mirrored, values = np.empty((4, room_for)), np.empty(room_for, dtype=np.complex128)
+    images = image_arrays(
+        room_for, interior.emitting.shape[1], interior.listening.shape[1]
+    )
+    arrivals = arrival_arrays(room_for)
+    values = arrivals[3]
     echoes, along = np.empty(room_for, dtype=np.complex128), np.empty(room_for)
-    places, parts = np.empty((room_for, 2), dtype=np.int64), np.empty(room_for)
-    fractions = taps.shape[1] - 1
-    shapes, wide = planar(taps, widths)
-    tilts, _ = planar(slopes, widths)
+    shapes, wide = planar(kernels.taps, kernels.widths)
+    tilts, _ = planar(kernels.slopes, kernels.widths)
     spare = shapes.shape[3]
-    longest = lengths.max() + spare
+    longest = kernels.lengths.max() + spare
     moved = np.empty((room_for, COLUMNS))
     every, both = np.empty((longest, 2 * COLUMNS)), np.empty((2, longest))
     square[:], right[:], misfit[:] = 0.0, 0.0, 0.0
-    for row in range(len(emitters)):
-        found = list_images(
-            emitters[row] - low, listeners[row] - low, turns[row], hearing[row], low,
-            high, reach, least, most, away, lattice, counts, leaving, arriving,
-        )  # fmt: skip
-        bits = bounce(found, away, counts, cosines, bounces)
+    for row in range(len(targets)):
+        found = list_images(row, ends, geometry, interior.least, interior.order, images)
+        bits = bounce(found, images, arrivals)
         if curved or sloped:
-            _delays(
-                found, away, lattice, emitters[row] - center, listeners[row] - center,
-                scale, speed, rate, moved,
-            )  # fmt: skip
+            _delays(found, row, ends, geometry, images, center, speed, rate, moved)
         along[:found] = 0.0
-        for band in range(len(starts)):
+        for band in range(len(kernels.starts)):
             if not chosen[band]:
                 continue
-            size = lengths[band]
+            size, start = kernels.lengths[band], kernels.starts[band]
             place_arrivals(
-                found, away, cosines, bounces, bits, walls[band], angled, loss[band],
-                scale, latency, turn[band], rates[band], size, widths[band] // 2 - 1,
-                fractions, mirrored, values, places, parts,
-            )  # fmt: skip
-            leave = np.dot(leaving[:found], emitting[band])
-            arrive = np.dot(arriving[:found], listening[band])
+                found, bits, band, images, geometry, interior, kernels, arrivals
+            )
+            leave, arrive = pattern_gains(found, band, images, interior)
             for n in range(found):
                 values[n] *= leave[n] * arrive[n]
             model = both[:, : size + spare]
-            model[:] = 0.0
-            add_arrivals(found, values, places, parts, shapes[band], wide[band], model)
-            folded(model, size)
-            here = slice(starts[band], starts[band] + size)
+            summed_arrivals(found, arrivals, shapes[band], wide[band], size, model)
+            here = slice(start, start + size)
             weight = weights[row, band]
-            misfit[row] += weight * left_of(live[here], targets[row, here], model)
+            misfit[row] += weight * residual_of(live[here], targets[row, here], model)
             if sloped:
-                continued(model, size)
-                heard_arrivals(
-                    found, places, parts, tilts[band], wide[band], model, echoes
+                held_arrivals(
+                    found, arrivals, tilts[band], wide[band], size, 1.0, model, echoes
                 )
                 for n in range(found):
                     along[n] += weight * (values[n].conjugate() * echoes[n]).real
             if curved:
                 jacobian = every[: size + spare]
                 jacobian[:] = 0.0
-                _spread(
-                    found, values, moved, places, parts, tilts[band], wide[band],
-                    jacobian,
-                )  # fmt: skip
+                _spread(found, arrivals, moved, tilts[band], wide[band], jacobian)
                 _curved(jacobian, live[here], weight, square[row])
         if sloped:
             right[row] = np.dot(along[:found], moved[:found])

@@ -9,12 +9,14 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
-from inverse.bands.band_kernel import _dot
+from inverse.bands.band_arrivals import paint, reflected
+from inverse.bands.band_kernel import pattern_gain
 from rir.harmonics_kernel import order_of, turned_harmonics
 
 __all__ = ["add_points", "sum_points"]
 
-LEGS, NEAREST_M = 7, 0.1
+LEGS = 7  # direct, or over one of six walls
+NEAREST_M = 0.1  # an object is no point from nearer
 
 
 @njit(cache=True, fastmath=True)
@@ -43,85 +45,77 @@ def _factor(walls, angled, away, length, leg):
     """Return what the wall of a leg leaves in one band."""
     if leg == 0:
         return 1.0 + 0.0j
-    one = walls[leg - 1]
-    if angled:
-        cosine = abs(away[(leg - 1) // 2]) / length
-        one = (cosine - one) / (cosine + one)
-    return one
+    cosine = abs(away[(leg - 1) // 2]) / length
+    return reflected(walls[leg - 1], angled, cosine)
 
 
 @njit(cache=True, fastmath=True)
-def add_points(
-    emitters, listeners, turns, hearing, low, high, scale, latency, reach, walls,
-    angled, loss, emitting, listening, points, gains, starts, sizes, turn, rates, taps,
-    widths, out,
-):  # fmt: skip
+def _sent(band, leg, pattern, lengths, basis, scale, interior, kernels):
+    """Return what one leg of an end has of amplitude and phase in one band."""
+    length = lengths[leg]
+    bare = np.exp(-interior.loss[band] * length) / length
+    bare *= pattern_gain(pattern[band], basis[leg])
+    angle = kernels.turns[band] * length * scale
+    return bare * complex(np.cos(angle), -np.sin(angle))
+
+
+@njit(cache=True, fastmath=True)
+def add_points(ends, geometry, interior, kernels, points, gains, out):
     """Add what points scatter to envelopes, shape (rows, total).
 
     `points` (points, 3) stand in the frame of the box as ends do, `gains` (bands,
-    points) are amplitudes of a point at 1 m from both ends.
+    points) are amplitudes of a point at 1 m from both ends. Other parameters are
+    those of `inverse.bands.band_kernel`.
     """
+    emitters, listeners, turns, hearing = ends
+    low, high, scale, latency, reach = geometry
+    emitting, listening = interior.emitting, interior.listening
     away, lengths = np.empty((2, LEGS, 3)), np.empty((2, LEGS))
     leaving = np.empty((LEGS, emitting.shape[1]))
     arriving = np.empty((LEGS, listening.shape[1]))
-    said, heard = order_of(emitting.shape[1]), order_of(listening.shape[1])
+    orders = order_of(emitting.shape[1]), order_of(listening.shape[1])
     first = np.empty(LEGS, dtype=np.complex128)
     second = np.empty(LEGS, dtype=np.complex128)
-    fractions = taps.shape[1] - 1
-    for row in range(len(emitters)):
+    for row in range(len(out)):
         for n in range(len(points)):
             _lengths(emitters[row], points[n], low, high, away[0], lengths[0])
             _lengths(listeners[row], points[n], low, high, away[1], lengths[1])
             for leg in range(LEGS):
-                _faced(turns[row], away[0, leg], lengths[0, leg], said, leaving[leg])
-                _faced(
-                    hearing[row], away[1, leg], lengths[1, leg], heard, arriving[leg]
-                )
-            for band in range(len(starts)):
+                length = lengths[0, leg]
+                _faced(turns[row], away[0, leg], length, orders[0], leaving[leg])
+                length = lengths[1, leg]
+                _faced(hearing[row], away[1, leg], length, orders[1], arriving[leg])
+            for band in range(len(kernels.starts)):
                 gain = gains[band, n]
                 if gain == 0.0:
                     continue
-                angle = turn[band] * latency
+                angle = kernels.turns[band] * latency
                 gain *= complex(np.cos(angle), -np.sin(angle))
+                walls, angled = interior.walls[band], interior.angled
                 for leg in range(LEGS):
-                    length = lengths[0, leg]
-                    bare = np.exp(-loss[band] * length) / length
-                    bare *= _dot(emitting[band], leaving[leg])
-                    angle = turn[band] * length * scale
-                    first[leg] = bare * complex(np.cos(angle), -np.sin(angle))
+                    first[leg] = _sent(
+                        band, leg, emitting, lengths[0], leaving, scale,
+                        interior, kernels,
+                    )  # fmt: skip
                     first[leg] *= gain * _factor(
-                        walls[band], angled, away[0, leg], length, leg
+                        walls, angled, away[0, leg], lengths[0, leg], leg
                     )
-                    length = lengths[1, leg]
-                    bare = np.exp(-loss[band] * length) / length
-                    bare *= _dot(listening[band], arriving[leg])
-                    angle = turn[band] * length * scale
-                    second[leg] = bare * complex(np.cos(angle), -np.sin(angle))
+                    second[leg] = _sent(
+                        band, leg, listening, lengths[1], arriving, scale,
+                        interior, kernels,
+                    )  # fmt: skip
                     second[leg] *= _factor(
-                        walls[band], angled, away[1, leg], length, leg
+                        walls, angled, away[1, leg], lengths[1, leg], leg
                     )
-                width = widths[band]
-                lead = width // 2 - 1
-                here = out[row, starts[band] : starts[band] + sizes[band]]
+                start, size = kernels.starts[band], kernels.lengths[band]
+                here = out[row, start : start + size]
                 for one in range(LEGS):
                     for other in range(LEGS):
                         length = lengths[0, one] + lengths[1, other]
-                        if length > reach:
-                            continue
-                        value = first[one] * second[other]
-                        place = (length * scale + latency) * rates[band]
-                        base = int(np.floor(place))
-                        fine = (place - base) * fractions
-                        step = int(fine)
-                        part = fine - step
-                        m = (base - lead) % sizes[band]
-                        for tap in range(width):
-                            shape = taps[band, step, tap]
-                            shape += part * (taps[band, step + 1, tap] - shape)
-                            here[m] += value * shape
-                            m += 1
-                            if m == sizes[band]:
-                                m = 0
+                        if length <= reach:
+                            at = length * scale + latency
+                            value = first[one] * second[other]
+                            paint(value, at, band, kernels, size, here)
 
 
 @njit(cache=True, fastmath=True)
@@ -142,13 +136,15 @@ def _gains(end, turn, point, low, high, walls, angled, pattern, away, lengths, g
 
 @njit(cache=True, fastmath=True)
 def sum_points(
-    emitters, listeners, turns, hearing, low, high, scale, latency, reach, walls,
-    angled, emitting, listening, points, signals, step, sums, norms,
+    ends, geometry, walls, angled, emitting, listening, points, signals, step, sums,
+    norms,
 ):  # fmt: skip
     """Sum signals along all paths by way of each point.
 
     Parameters
     ----------
+    ends, geometry
+        As in `inverse.bands.band_kernel`.
     walls : ndarray, shape (6,)
         Of one band.
     emitting, listening : ndarray, shape (1,) or (4,)
@@ -159,6 +155,8 @@ def sum_points(
     sums, norms : ndarray
         Filled, shape (points,): complex agreement and energy of the paths.
     """
+    emitters, listeners, turns, hearing = ends
+    low, high, scale, latency, reach = geometry
     away, lengths = np.empty((2, LEGS, 3)), np.empty((2, LEGS))
     first = np.empty(LEGS, dtype=np.complex128)
     second = np.empty(LEGS, dtype=np.complex128)
@@ -186,7 +184,6 @@ def sum_points(
                     part = place - base
                     value = first[one] * second[other]
                     near, far = signals[row, base], signals[row, base + 1]
-                    heard = near + part * (far - near)
-                    total += value.conjugate() * heard
+                    total += value.conjugate() * (near + part * (far - near))
                     norm += value.real**2 + value.imag**2
         sums[n], norms[n] = total, norm

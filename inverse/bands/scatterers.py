@@ -61,13 +61,10 @@ class Scatterers:
         if not len(self):
             return
         add: Any = add_points
-        *room, _, _ = taken.inside  # each leg goes over one wall at most
         add(
-            *taken.ends,
-            *room,
+            *taken,
             box.inside(self.points),
             np.where(chosen[:, None], self.gains, 0.0),
-            *taken.arrivals,
             out,
         )
 

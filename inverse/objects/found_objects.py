@@ -11,7 +11,7 @@ from inverse.bands.banded_room import BandedRoom
 __all__ = ["FoundObjects"]
 
 FloatArray = NDArray[np.float64]
-HEARD_HZ = 1000.0
+STATED_HZ = 1000.0  # gains are stated at the middle octave of ISO 3382-1
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ class FoundObjects:
             return cls()
         found: dict[str, Any] = {}
         if banded.scatterers is not None:
-            band = int(np.argmin(np.abs(np.log(banded.grid.centers / HEARD_HZ))))
+            band = int(np.argmin(np.abs(np.log(banded.grid.centers / STATED_HZ))))
             found["points"] = banded.scatterers.points
             found["gains"] = np.abs(banded.scatterers.gains[band])
         if banded.occluders is not None:

@@ -1,4 +1,4 @@
-"""Look for points whose paths agree with what images leave over."""
+"""Look for points whose paths agree with the residual of the images."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -17,6 +17,7 @@ ComplexArray = NDArray[np.complex128]
 FINER = 2
 """Samples of an analytic signal over those of a response."""
 CONSTANT, FIRST = np.sqrt(1 / (4 * np.pi)), np.sqrt(3 / (4 * np.pi))
+"""Norms of the orthonormal harmonics of order 0 and 1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,8 +60,8 @@ class ResidualSignals:
         norms = np.zeros(len(points))
         add: Any = sum_points
         add(
-            *room.ends(self.emitters, self.listeners),
-            *room.geometry(self.banded.grid.n_samples),
+            room.ends(self.emitters, self.listeners),
+            self.banded.geometry,
             self.banded.walls[self.band],
             self.banded.angled,
             _first_order(self.banded.emitting[self.band]),
@@ -77,22 +78,22 @@ class ResidualSignals:
 def residual_signals(
     data: BandData,
     banded: BandedRoom,
-    left: ComplexArray,
+    residual: ComplexArray,
     low_hz: float,
     high_hz: float,
 ) -> ResidualSignals:
     """Return envelopes that are left as signals between two frequencies."""
     grid = banded.grid
-    spectra = grid.joined(left)
+    spectra = grid.joined(residual)
     power = np.abs(spectra) ** 2
-    rows = np.sqrt(1 / np.maximum((np.abs(left) ** 2).sum(axis=1), 1e-300))
+    rows = np.sqrt(1 / np.maximum((np.abs(residual) ** 2).sum(axis=1), 1e-300))
     noise = _smoothed((rows[:, None] ** 2 * power).sum(axis=0), grid.masks)
     middle = np.sqrt(low_hz * high_hz)
     place = np.log(np.maximum(grid.hertz, 1.0) / middle) / np.log(high_hz / middle)
     window = np.where(np.abs(place) < 1, np.cos(0.5 * np.pi * place) ** 2, 0.0)
     filtered = spectra * rows[:, None] * (window * data.weight / noise)
     band = int(np.argmin(np.abs(np.log(grid.centers / middle))))
-    whole = np.zeros((len(left), FINER * grid.size), dtype=np.complex128)
+    whole = np.zeros((len(residual), FINER * grid.size), dtype=np.complex128)
     whole[:, : len(grid.hertz)] = filtered * np.exp(-1j * banded.phase[band])
     signals = np.fft.ifft(whole, axis=1)
     kept = FINER * grid.n_samples

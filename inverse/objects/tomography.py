@@ -11,7 +11,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from inverse.bands.band_fit import BandData, band_data, fit_walls
+from inverse.bands.band_fit import (
+    DEEP_HZ,
+    KEPT_OUT,
+    LEAST_ROWS,
+    BandData,
+    band_data,
+    fit_walls,
+)
 from inverse.bands.banded_room import BandedRoom
 from inverse.bands.occluders import Occluders, voxels_of
 from inverse.rows.fitset import FitSet
@@ -20,20 +27,25 @@ __all__ = ["PathLosses", "find_occluders", "measure_losses", "with_occluders"]
 
 FloatArray = NDArray[np.float64]
 GROUPS_HZ = ((500.0, 900.0), (1000.0, 1800.0), (2000.0, 3600.0), (4000.0, 7200.0))
-JUDGED_ORDER, PATHS = 2, 25
+"""Two half octaves each; below, sound bends round furniture (decision 0064)."""
+JUDGED_ORDER, PATHS = 2, 25  # mirror paths over at most two walls: 1 + 6 + 18
 FAINTEST, SURE, MODEL, UNSURE = 0.05, 3.0, 0.25, 0.25
 """Least gain, least signal over noise, and nepers the model may be wrong by."""
-MOST_CROSSED = 256
-EARLY_S = 0.03
-TURNS, COSTS = 300, (0.03, 0.1, 0.3, 1.0)
-LEAST_ROWS, HEARD_ROWS, WALLS_HZ = 24, 300, 110.0
-HINT = 0.97
-KEPT_OUT, WORTH, FEW, LITTLE, SHARES = 4, 0.85, 0.02, 0.0003, 3
+MOST_CROSSED = 256  # voxels of a path; what is behind is left out
+EARLY_S = 0.03  # after the emission: holds these paths in rooms up to some 10 m
+TURNS = 300  # of the accelerated descent, whose error falls with their square
+COSTS = (0.03, 0.1, 0.3, 1.0)  # of a neper; rows kept out choose, factors of 3 suffice
+MANY_ROWS = 300  # that cross most voxels; only taken where the fitted rows give a hint
+HINT, WORTH = 0.97, 0.85
+"""Share of the squared nepers of rows kept out that a hint, and a find, may leave: with
+a box .41 to .94 and .25 to .30, without one 1.00 (decision 0064)."""
+FEW = 0.02  # of the highest depth: voxels below are empty
+LITTLE, SHARES = 0.0003, 3  # price of the second solution; turns of shape and levels
 
 
 @dataclass(frozen=True, eq=False)
 class PathLosses:
-    """Hold how much fainter paths are than images say.
+    """Hold how much fainter measured paths are than images.
 
     Parameters
     ----------
@@ -65,18 +77,17 @@ def measure_losses(data: BandData, banded: BandedRoom) -> PathLosses:
     """Compare direct sounds and echoes of few walls with what they should be."""
     from inverse.bands.occlusion_kernel import trace_paths
 
-    grid, room = banded.grid, banded.room
+    room = banded.room
     shape, rows = voxels_of(room.box), len(data.targets)
     ways = np.zeros(rows, dtype=np.int64)
     cells = np.zeros((rows, PATHS, MOST_CROSSED), dtype=np.int64)
     spans = np.zeros((rows, PATHS, MOST_CROSSED))
-    low, high, _, _, reach = room.geometry(grid.n_samples)
-    step = (high - low) / shape
+    step = (room.box.high - room.box.low) / shape
     ends = room.ends(data.emitters, data.listeners)
     trace: Any = trace_paths
     bounces = np.zeros((rows, PATHS), dtype=np.int64)
     traced = ways, bounces, cells, spans
-    trace(*ends, low, high, reach, JUDGED_ORDER, step, shape, *traced)
+    trace(ends, banded.geometry, JUDGED_ORDER, step, shape, *traced)
     nepers, weights = _grouped(data, banded)
     # two walls are only solved for lest they colour the rest
     some = (np.arange(PATHS) < ways[:, None]) & (bounces < 2)
@@ -102,11 +113,11 @@ def _grouped(data: BandData, banded: BandedRoom) -> tuple[FloatArray, FloatArray
     out = []
     for low, high in GROUPS_HZ:
         mine = (centers > 0.99 * low) & (centers < 1.01 * high)
-        told = banded.envelopes(data.emitters, data.listeners, kernels, mine)
-        left = data.targets - told
+        modelled = banded.envelopes(data.emitters, data.listeners, kernels, mine)
+        residual = data.targets - modelled
         total, mean = 0.0, 0.0
         for band in np.flatnonzero(mine).tolist():
-            gain, sigma = _gains(data, banded, left, band)
+            gain, sigma = _gains(data, banded, residual, band)
             weight = 1 / (np.minimum(sigma / gain, UNSURE) ** 2 + MODEL**2)
             weight = np.where(sigma < 1 / SURE, weight, 0.0)
             total, mean = total + weight, mean - weight * np.log(gain)
@@ -117,38 +128,26 @@ def _grouped(data: BandData, banded: BandedRoom) -> tuple[FloatArray, FloatArray
 
 
 def _gains(
-    data: BandData, banded: BandedRoom, left: NDArray[np.complex128], band: int
+    data: BandData, banded: BandedRoom, residual: NDArray[np.complex128], band: int
 ) -> tuple[FloatArray, FloatArray]:
     """Return the size of each path's gain in a band and its standard deviation.
 
-    All paths of a row are solved at once; each is expected to be as told, by 1.
+    All paths of a row are solved at once; each is expected to be 1, by 1.
     """
     from inverse.bands.occlusion_kernel import part_paths
 
-    grid, room = banded.grid, banded.room
+    grid = banded.grid
     first, period = int(grid.starts[band]), int(grid.lengths[band])
     early = min(round(EARLY_S * grid.sample_rate * period / grid.size) + 8, period)
-    kernels = banded.kernels(data.weight)
-    columns = np.zeros((len(left), PATHS, early), dtype=np.complex128)
+    columns = np.zeros((len(residual), PATHS, early), dtype=np.complex128)
     write: Any = part_paths
     write(
-        *room.ends(data.emitters, data.listeners),
-        *room.geometry(grid.n_samples),
-        banded.walls,
-        banded.angled,
-        banded.loss,
-        banded.emitting,
-        banded.listening,
+        *banded.loop_input(data.emitters, data.listeners, banded.kernels(data.weight)),
         JUDGED_ORDER,
-        kernels.turns,
-        kernels.rates,
-        kernels.taps,
-        kernels.widths,
         band,
-        period,
         columns,
     )
-    rest = left[:, first : first + early]
+    rest = residual[:, first : first + early]
     square = np.einsum("rpt,rqt->rpq", columns.conj(), columns, optimize=True)
     right = np.einsum("rpt,rt->rp", columns.conj(), rest, optimize=True)
     noise = (np.abs(rest) ** 2).mean(axis=1)
@@ -176,17 +175,17 @@ def with_occluders(rows: FitSet, data: BandData, banded: BandedRoom) -> BandedRo
     Parameters
     ----------
     rows : FitSet
-        All measured rows; where the fitted ones hint at something many are heard.
+        All measured rows; many are taken where the fitted ones hint at something.
     data : BandData
         The fitted rows, their places corrected.
     banded : BandedRoom
-        What images tell of them.
+        The room whose images predict them.
     """
     if not banded.room.box.found.all() or len(data.targets) < LEAST_ROWS:
         return banded
     if find_occluders(data, banded, HINT) is None:
         return banded
-    some = band_data(rows.spread(HEARD_ROWS), banded.grid, banded.source)
+    some = band_data(rows.spread(MANY_ROWS), banded.grid, banded.source)
     found = find_occluders(some, banded, WORTH)
     if found is None:
         return banded
@@ -194,10 +193,10 @@ def with_occluders(rows: FitSet, data: BandData, banded: BandedRoom) -> BandedRo
     shadows = np.zeros_like(data.targets)
     every = np.ones(banded.grid.bands, dtype=bool)
     kernels = banded.kernels(data.weight)
-    taken = banded.taken(data.emitters, data.listeners, kernels)
+    taken = banded.loop_input(data.emitters, data.listeners, kernels)
     found.add(taken, banded.room.box, banded.grid.centers, every, shadows)
     lit = replace(data, targets=data.targets - shadows)
-    banded, _ = fit_walls(lit, banded, 2, chosen=banded.grid.centers > WALLS_HZ)
+    banded, _ = fit_walls(lit, banded, 2, chosen=banded.grid.centers > DEEP_HZ)
     again = find_occluders(some, banded, WORTH)
     return replace(banded, occluders=again or found)
 
@@ -253,9 +252,9 @@ def _freed(
         weight = (weights * levels**2).sum(axis=1)
         mean = (weights * levels * nepers).sum(axis=1) / np.maximum(weight, 1e-300)
         shape = _solved(some, mean[:, None], weight[:, None], LITTLE)
-        told = some @ shape
-        power = np.maximum((weights * told**2).sum(axis=0), 1e-300)
-        levels = np.maximum((weights * told * nepers).sum(axis=0) / power, 0.0)
+        modelled = some @ shape
+        power = np.maximum((weights * modelled**2).sum(axis=0), 1e-300)
+        levels = np.maximum((weights * modelled * nepers).sum(axis=0) / power, 0.0)
     out[few] = shape * levels
     return out
 
