@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rir.arrays import FloatArray
 from rir.errors import SceneError
 
 if TYPE_CHECKING:
     from rooms.mesh import MeshGeometry
 
 __all__ = ["Geometry", "Shoebox"]
-
-FloatArray = NDArray[np.float64]
 
 
 class Geometry(Protocol):

@@ -3,11 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from rir.arrays import FloatArray
 from rooms.mesh.geometry import MeshGeometry
 
 __all__ = ["find_crossings"]
-
-FloatArray = NDArray[np.float64]
 
 
 def find_crossings(

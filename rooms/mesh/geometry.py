@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rir.arrays import FloatArray, IntArray
 from rir.errors import SceneError
 from rir.numbers import read_number
 from rooms.mesh.arrays import check_arrays, surface_ids
@@ -23,8 +24,6 @@ from rooms.mesh.shell import closed_shell, signed_volume
 
 __all__ = ["MeshGeometry"]
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 _RELATIVE = 1e-6
 """Share of the diagonal within which points count as one."""
 
