@@ -10,6 +10,7 @@ AT_REST = 0.05
 """A loss that falls by less than this in the last quarter counts as at rest;
 batches scatter by about half of it."""
 FEWEST_POINTS = 40
+"""Losses needed: a tenth of them, four, is the fewest a mean of scatter is worth."""
 
 
 def late_fall(history: Sequence[Sequence[float]]) -> float:

@@ -9,6 +9,7 @@ from fields.field import Field
 __all__ = ["METRIC_UNITS", "Scores", "chance_scores", "compare_rows", "score"]
 
 SCORED_ROWS = 256
+"""Rows scored in one go: bounds memory; the means do not depend on it."""
 
 
 def score(field: Field, data: FieldData, *, flavour: str = "paper") -> Scores:

@@ -1,7 +1,7 @@
 """What every field can do, and how a stored one is opened."""
 
 from pathlib import Path
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -48,8 +48,38 @@ class Directional(Protocol):
         ...
 
 
+@runtime_checkable
+class Reported(Protocol):
+    """A field that keeps what its fit or training was like."""
+
+    report: dict[str, Any]
+
+
+@runtime_checkable
+class Alarmed(Protocol):
+    """A field that judges itself."""
+
+    alarms: list[str]
+    "what of the room it cannot explain, in words"
+
+
+@runtime_checkable
+class Drawn(Protocol):
+    """A field that can draw more than maps, such as the walls it found."""
+
+    def draw(self, folder: Path) -> list[Path]:
+        """Write pictures into a folder and return their paths."""
+        ...
+
+
+def report_of(field: Field) -> dict[str, Any]:
+    """Return the report of a field, empty where it keeps none."""
+    return field.report if isinstance(field, Reported) else {}
+
+
 FIELD_FILES = ("field.pt", "field.npz")
 FARTHEST_M = 1e5
+"""Farthest place answered: float32 still resolves a centimetre there."""
 
 
 def load_field(path: str | Path) -> Field:

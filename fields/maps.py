@@ -6,12 +6,13 @@ from pathlib import Path
 import numpy as np
 
 from fields.evaluate import Scores, compare_rows
-from fields.field import Field
+from fields.field import Drawn, Field
 from rir import Pose, Poses
 
 __all__ = ["FieldMap", "check_reciprocity", "draw_more", "make_map", "plot_map"]
 
 MAP_ROWS = 256
+"""Places asked for in one go: bounds memory, not the map."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,8 +138,7 @@ def plot_map(path: Path, shown: FieldMap, title: str) -> None:
 
 def draw_more(field: Field, folder: Path) -> list[Path]:
     """Let a field draw what only it knows, such as the walls it found."""
-    draw = getattr(field, "draw", None)
-    return [] if draw is None else draw(folder)
+    return field.draw(folder) if isinstance(field, Drawn) else []
 
 
 def check_reciprocity(

@@ -16,11 +16,11 @@ from rir.harmonics import evaluate_harmonics, harmonic_count
 
 __all__ = ["PatternFit", "departures", "direct_levels", "fit_emitter_pattern"]
 
-HALF_WIDTH = 4
-GATE_SAMPLES = 8
-ROUNDS = 20
-HUBER = 1.5
-RIDGE = 1e-6
+HALF_WIDTH = 4  # samples either side: the main lobe of a band-limited pulse and three
+GATE_SAMPLES = 2 * HALF_WIDTH  # a reflection later than this leaves the filter alone
+ROUNDS = 20  # of reweighting, whose weights converge geometrically
+HUBER = 1.5  # robust spreads: 96 % as good as least squares where noise is normal
+RIDGE = 1e-6  # of a coefficient: holds directions nobody measured, moves no other
 
 
 @dataclass(frozen=True, eq=False)

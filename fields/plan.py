@@ -14,6 +14,7 @@ __all__ = ["Progress", "TrainingPlan", "form_of"]
 POSITIVE = ("steps", "epochs", "budget_s", "batch_size", "learning_rate")
 WHOLE = ("steps", "batch_size")
 LARGEST_SEED = 2**32 - 1
+"""The largest that both NumPy and torch take on every platform."""
 CHOICES = {
     "exchange": ("none", "flip", "double"),
     "exchange_mode": ("pose", "position"),

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 __all__ = ["progress_bar", "sparkline"]
 
 SMOOTHING = 0.98
+"""Of the loss shown: a mean over about the last 50 steps."""
 SHOWN = ("C50", "STFT*")
 BARS = "▁▂▃▄▅▆▇█"
 

@@ -16,7 +16,9 @@ from rir.errors import DatasetError, TrainingError
 __all__ = ["train", "train_on"]
 
 STEPS = 2000
+"""Of a training with neither steps nor budget: as in TrainingPlan."""
 UNLIMITED_STEPS = 10_000_000
+"""More than any budget of CPU seconds lets a training do."""
 
 
 def train(

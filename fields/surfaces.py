@@ -4,7 +4,10 @@ import numpy as np
 
 from rir import RoomSpec
 
-__all__ = ["box_points", "sample_surface"]
+__all__ = ["HULL_MARGIN_M", "box_points", "sample_surface"]
+
+HULL_MARGIN_M = 0.5
+"""Walls of an unknown room stand so far outside all places: as near as devices go."""
 
 
 def sample_surface(
@@ -73,7 +76,8 @@ def _room_boxes(room: RoomSpec) -> list[tuple[np.ndarray, np.ndarray]]:
 
 
 def _hull_box(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    return positions.min(axis=0) - 0.5, positions.max(axis=0) + 0.5
+    low, high = positions.min(axis=0), positions.max(axis=0)
+    return low - HULL_MARGIN_M, high + HULL_MARGIN_M
 
 
 def _box_area(low: np.ndarray, high: np.ndarray) -> float:

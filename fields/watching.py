@@ -20,6 +20,7 @@ __all__ = [
 ]
 
 WATCHED_ROWS = 48
+"""Unseen rows of a curve: scored in a second, steady enough to see a trend."""
 
 Tell = Callable[[Progress], None]
 

@@ -13,7 +13,7 @@ import yaml
 from fields.convergence import AT_REST, late_fall
 from fields.data import FieldData, prepare
 from fields.evaluate import chance_scores, score
-from fields.field import Field
+from fields.field import Alarmed, Field, report_of
 from fields.plan import Progress, TrainingPlan, form_of
 from fields.progress import progress_bar
 from fields.results import ResultTable
@@ -33,6 +33,8 @@ RUN = Schema("training run", 1)
 
 BASELINES = ("nearest", "linear")
 MAP_PLACES = 300
+"""Listeners of the map drawn after a run: enough to see lobes and
+shadows; `train-field map` draws finer."""
 UNITS = {"": 1.0, "s": 1.0, "m": 60.0, "min": 60.0, "h": 3600.0}
 
 
@@ -274,13 +276,12 @@ def _draw(
 
 
 def _history(field: Field) -> list[list[float]]:
-    report = getattr(field, "report", {})
-    return report.get("history", [])
+    return report_of(field).get("history", [])
 
 
 def _doubts(field: Field) -> list[str]:
     """Return what a field that judges itself says of the room."""
-    return [f"! {alarm}" for alarm in getattr(field, "alarms", [])]
+    return [f"! {one}" for one in field.alarms] if isinstance(field, Alarmed) else []
 
 
 def _unrest(field: Field) -> list[str]:

@@ -29,7 +29,9 @@ FORMS = {
 }
 FOLDER = Path(__file__).parent
 PAPER_LISTENERS = 5000
+"""Listeners a room of the paper's simulated sets."""
 PAPER_EPOCHS = 200.0
+"""Epochs of the paper's trainings."""
 
 
 class SetConfig(Config):

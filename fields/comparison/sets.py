@@ -11,6 +11,7 @@ from rir import Dataset, Poses
 __all__ = ["DividedSet", "built_in", "jitter_floor", "open_divided"]
 
 FLOOR_ROWS = 48
+"""Rows simulated again for the floor: each is a simulation of its own."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,7 @@ from fields.layers.query import Query
 __all__ = ["DirectPath"]
 
 ORDER = 4
+"""Degree of patterns in networks, 25 coefficients: a loudspeaker below some kHz."""
 # The pattern starts from a fit to the direct sounds, which is better than what
 # the waveform loss makes of it: let it move slowly.
 PATTERN_PACE = 0.1

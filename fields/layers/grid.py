@@ -6,8 +6,9 @@ from torch import Tensor, nn
 
 __all__ = ["FeatureGrid"]
 
-OFFSET_M = 0.1
-WIDTH_M = (0.1, 0.5)
+# Both for points 0.25 m apart, as in NAF; they grow with the spacing.
+OFFSET_M = 0.1  # how far a point may wander
+WIDTH_M = (0.1, 0.5)  # least and greatest width of its kernel
 
 
 class FeatureGrid(nn.Module):

@@ -9,6 +9,7 @@ from torch import Tensor, nn
 __all__ = ["HashGrid"]
 
 PRIMES = (1, 2_654_435_761, 805_459_861)
+"""Of the hash of Mueller et al., Instant Neural Graphics Primitives, 2022, eq. 4."""
 CORNERS = tuple((a, b, c) for a in (0, 1) for b in (0, 1) for c in (0, 1))
 
 

@@ -8,11 +8,11 @@ import torch
 from torch import Tensor, nn
 
 from fields.frame import SceneFrame
+from fields.surfaces import HULL_MARGIN_M
 
 __all__ = ["BoxImages", "ImagePaths"]
 
-HULL_MARGIN_M = 0.5
-NEAREST_M = 0.1
+NEAREST_M = 0.1  # nearer than this, 1/distance says more of the fit than of sound
 
 
 @dataclass(frozen=True, eq=False)

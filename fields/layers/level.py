@@ -11,12 +11,12 @@ from fields.layers.query import Query
 
 __all__ = ["Level"]
 
-FRAME_S = 0.005
-ROWS = 256
-BATCH = 32
-LARGEST = 4.0
-SILENT = 1e-7
-FEWEST_ROWS = 4
+FRAME_S = 0.005  # of one gain: short against any decay time
+ROWS = 256  # rows the gain is fitted to, evenly taken: a mean of levels needs no more
+BATCH = 32  # rows rendered in one go: bounds memory, not the result
+LARGEST = 4.0  # 12 dB: what a loss takes of a tail; more would be noise raised
+SILENT = 1e-7  # 70 dB below the response: no frame below tells a level
+FEWEST_ROWS = 4  # rows that must be heard in a frame for a mean of their levels
 
 
 class Level(nn.Module):

@@ -8,8 +8,8 @@ from fields.shape import Shape
 
 __all__ = ["FAR_M", "MeshViews"]
 
-FAR_M = 100.0
-OPEN_SHADE = 1.0
+FAR_M = 100.0  # depth of what is open: beyond any room
+OPEN_SHADE = 1.0  # an open window absorbs all
 
 
 class MeshViews(nn.Module):

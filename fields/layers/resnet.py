@@ -9,10 +9,11 @@ from rir.errors import MissingPartError
 
 __all__ = ["FEATURES", "ResNet18", "find_weights"]
 
-FEATURES = 512
+# Mean and spread of ImageNet's red, green and blue, as torchvision's weights want them.
 MEAN = (0.485, 0.456, 0.406)
 SPREAD = (0.229, 0.224, 0.225)
-WIDTHS = (64, 128, 256, 512)
+WIDTHS = (64, 128, 256, 512)  # channels of the four stages: He et al., 2016, table 1
+FEATURES = WIDTHS[-1]
 
 
 class _Block(nn.Module):

@@ -7,9 +7,9 @@ from torch import Tensor
 
 __all__ = ["Spectrogram"]
 
-LOG_FLOOR = 1e-3
-PHASE_SEED = 1234
-GRIFFIN_LIM_MOMENTUM = 0.99
+LOG_FLOOR = 1e-3  # as in NAF's code
+PHASE_SEED = 1234  # any: equal answers need an equal phase
+GRIFFIN_LIM_MOMENTUM = 0.99  # Perraudin et al., A fast Griffin-Lim algorithm, 2013
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,9 @@ from torch import Tensor, nn
 
 from fields.frame import SceneFrame
 from fields.layers.mesh_views import FAR_M, MeshViews
+from fields.surfaces import HULL_MARGIN_M
 
 __all__ = ["BoxViews", "panorama_directions", "room_views"]
-
-HULL_MARGIN_M = 0.5
 
 
 def room_views(frame: SceneFrame) -> nn.Module:

@@ -25,7 +25,7 @@ from fields.layers.hash_grid import HashGrid
 from fields.layers.level import Level
 from fields.layers.perceptron import perceptron
 from fields.layers.query import Query
-from fields.layers.shade import Shade
+from fields.layers.shade import CELLS, Shade
 from fields.pattern import fit_emitter_pattern
 from fields.plan import TrainingPlan
 from fields.render.bank import bank_sum
@@ -45,10 +45,10 @@ __all__ = ["PRESETS", "Avr", "Config", "fit", "load"]
 AVR_WEIGHTS = LossWeights(
     time=10.0, spectrum=0.0, amplitude=1.0, angle=0.0, energy=1.0, stft=1.0
 )
-START_OPACITY = 1.0
-DENSITY_CELLS = 24
-LARGE_VALUES = 2**25
-LARGE_RAYS = 500
+START_OPACITY = 1.0  # of a whole ray at the start: neither empty nor shut
+DENSITY_CELLS = CELLS  # as fine as the obstacles that dim the direct sound
+LARGE_VALUES = 2**25  # values of a layer held at once: 128 MiB of float32
+LARGE_RAYS = 500  # from here on batches of 4: the sizes of the paper fill memory
 
 
 @settings
@@ -197,7 +197,7 @@ class Avr(nn.Module):
         if self.direct is not None:
             self.direct.set_pattern(coefficients)
 
-    def settle(self, data: FieldData) -> None:
+    def fit_level(self, data: FieldData) -> None:
         """Give back the energy that the trained volume lacks."""
         self.level.fit(self, data)
 

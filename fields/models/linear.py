@@ -14,6 +14,7 @@ from rir import Pose, Poses
 __all__ = ["PRESETS", "Config", "LinearField", "fit", "load"]
 
 SAME_PLACE_M = 1e-3
+"""Emitters within a millimetre are one: places are not known better."""
 
 
 @settings

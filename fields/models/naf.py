@@ -22,7 +22,9 @@ from fields.training.network import NetworkField, load_network
 __all__ = ["PRESETS", "Config", "Naf", "fit", "load"]
 
 SPREAD_FLOOR = 0.1
+"""Least spread of a log magnitude, 0.9 dB: silent pixels must not fill the loss."""
 OBSERVED_ROWS = 1024
+"""Rows mean and spread are taken of: a mean of 1024 is known to 3 % of the spread."""
 
 
 @settings

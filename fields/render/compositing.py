@@ -5,8 +5,8 @@ from torch import Tensor
 
 __all__ = ["compositing_weights", "drawn_shells", "path_loss"]
 
-NEAREST_M = 0.1
-UNIFORM_SHARE = 0.1
+NEAREST_M = 0.1  # nearer than this, 1/distance says more of the fit than of sound
+UNIFORM_SHARE = 0.1  # of draws given to every shell: bounds the weight of a rare one
 
 
 def compositing_weights(density: Tensor, steps: Tensor) -> Tensor:

@@ -1,6 +1,5 @@
 """Training of directional fields, with or without the reciprocity loss."""
 
-import math
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -9,6 +8,7 @@ import torch
 from torch import Tensor, nn
 
 from fields.data import FieldData
+from fields.layers.emission import omni_pattern
 from fields.pattern import fit_emitter_pattern
 from fields.plan import TrainingPlan
 from fields.selfsupervised.forms import FORMS, FormContext
@@ -16,8 +16,6 @@ from fields.training.directional import DirectionalField
 from fields.training.loop import fit_network
 
 __all__ = ["fit_directional"]
-
-ORDER = 4
 
 
 def fit_directional(
@@ -45,7 +43,5 @@ def _setting(data: FieldData) -> FormContext:
 def _pattern(data: FieldData) -> Tensor:
     fitted = fit_emitter_pattern(data)
     if fitted is None:
-        omni = torch.zeros((ORDER + 1) ** 2)
-        omni[0] = math.sqrt(4 * math.pi)
-        return omni
+        return omni_pattern()
     return torch.tensor(fitted.pattern.coefficients[0], dtype=torch.float32)

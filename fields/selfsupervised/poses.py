@@ -8,6 +8,7 @@ from fields.layers.query import Query
 __all__ = ["moved", "random_axes"]
 
 NEAREST_M = 0.2
+"""No device stands nearer to another: half the size of a loudspeaker."""
 
 
 def moved(

@@ -14,7 +14,7 @@ from fields.layers.query import Query
 from fields.plan import Progress, TrainingPlan
 from fields.training.checkpoint import read_checkpoint, write_checkpoint
 from fields.training.guards import Guards
-from fields.training.network import NetworkField
+from fields.training.network import Levelled, NetworkField
 from fields.training.ranks import Ranks
 from fields.training.schedule import batch_rows, cosine, step_random
 from rir.errors import TrainingError
@@ -22,7 +22,9 @@ from rir.errors import TrainingError
 __all__ = ["Trainer", "fit_network"]
 
 HISTORY_POINTS = 200
+"""Losses kept for plots: a point in every second pixel, whatever the steps."""
 WATCHED_AT = (0.05, 0.1, 0.2, 0.35, 0.5, 0.75)
+"""Parts of the training after which it is scored: denser where it learns fast."""
 
 Term = Callable[[Any, Query, Tensor, float, torch.Generator], Tensor]
 
@@ -67,9 +69,9 @@ def fit_network(
     network.to(device)
     trainer = Trainer(network, data, plan, term)
     report = trainer.run()
-    if hasattr(network, "settle"):
-        network.eval()
-        network.settle(data)
+    if isinstance(network, Levelled):
+        trainer.network.eval()
+        network.fit_level(data)
     return NetworkField(network, config, data.frame, report)
 
 

@@ -19,9 +19,9 @@ __all__ = [
     "waveform_loss",
 ]
 
-PHASOR_FLOOR = 1e-3
-DECAY_FLOOR = 1e-6
-MAGNITUDE_FLOOR = 1e-3
+PHASOR_FLOOR = 1e-3  # 60 dB below a direct sound at a metre: no phase is known there
+DECAY_FLOOR = 1e-6  # 60 dB below all energy: the decay that T60 names
+MAGNITUDE_FLOOR = 1e-3  # keeps the modulus smooth at zero, as in the metric's floor
 
 
 @dataclass(frozen=True)

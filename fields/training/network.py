@@ -2,7 +2,7 @@
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 import torch
@@ -15,9 +15,10 @@ from fields.layers.query import Query
 from fields.stored import FIELD
 from rir import Pose, Poses
 
-__all__ = ["Network", "NetworkField", "load_network"]
+__all__ = ["Levelled", "Network", "NetworkField", "load_network"]
 
 PREDICT_ROWS = 64
+"""Queries rendered in one go: bounds memory, not the answers."""
 
 
 class Network(Protocol):
@@ -38,6 +39,15 @@ class Network(Protocol):
 
     def render(self, query: Query) -> Tensor:
         """Return responses, shape (batch, n_samples), the same each time."""
+        ...
+
+
+@runtime_checkable
+class Levelled(Protocol):
+    """A network whose level over time is fitted once more after training."""
+
+    def fit_level(self, data: FieldData) -> None:
+        """Give back what the loss cost in level."""
         ...
 
 
