@@ -16,6 +16,7 @@ from rir.errors import OutOfReachError, RigError
 from rir.pose import Pose
 
 RECONNECT_WAITS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 30.0)
+"""Doubled, s: a plug that slipped is back at once, and a minute restarts any board."""
 
 
 class MachineRig:

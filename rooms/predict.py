@@ -14,7 +14,7 @@ from rooms.scene import Scene
 
 __all__ = ["Parameters", "predict_parameters", "predicted_errors"]
 
-_STEPS = 200
+_STEPS = 200  # 800 move levels by 0.11 dB, C50 by 0.03 dB and T60 by 0.3 %
 
 
 @dataclass(frozen=True, eq=False)

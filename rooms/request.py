@@ -12,6 +12,7 @@ from rooms.sound import Budget
 
 __all__ = ["check_effort", "check_kind", "check_names", "make_budget", "make_seed"]
 
+# Far beyond any use, and safe from overflow: more is a slip of the pen.
 _LONGEST_S = 3600.0
 _MOST_SAMPLES = 2_000_000_000
 _HIGHEST_ORDER = 10**6

@@ -12,7 +12,7 @@ from rooms.scene import Scene
 
 __all__ = ["WaveGrid"]
 
-_MOST_CELLS = 4_000_000
+_MOST_CELLS = 4_000_000  # ten times what the planner asks for: 32 MB an array
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from rir.errors import ConfigError
 from rir.pose import rotate
 
-MM = 1e-3
+MM = 1e-3  # machines count millimetres, rooms metres
 
 
 @dataclass(frozen=True, eq=False)

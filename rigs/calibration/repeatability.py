@@ -10,7 +10,7 @@ from rigs.rig import Rig
 from rir.errors import RigError
 from rir.pose import Pose
 
-COUNT = 200
+COUNT = 200  # gives sigma to 10 % in 99 of 100 tests, see `run_approaches`
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-BYTE_TIME = 10 / 115200
+BYTE_TIME = 10 / 115200  # s: start, 8 bits and stop at the 115200 baud of Grbl 1.1
 
 
 class Chip(ABC):

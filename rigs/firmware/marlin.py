@@ -7,8 +7,8 @@ import numpy as np
 from rigs.firmware.chip import Chip
 from rigs.firmware.motion import Glide
 
-PARSE_TIME = 0.002
-BUSY_EVERY = 2.0
+PARSE_TIME = 0.002  # s, as for Grbl: long against a byte, short against time-outs
+BUSY_EVERY = 2.0  # s, DEFAULT_KEEPALIVE_INTERVAL of Marlin 2.1
 
 
 class MarlinFirmware(Chip):

@@ -5,7 +5,7 @@ import numpy as np
 from rigs.firmware.chip import Chip
 from rigs.firmware.motion import Glide
 
-PARSE_TIME = 0.005
+PARSE_TIME = 0.005  # s: some bytes at the 9600 baud of such boxes
 
 
 class TurntableFirmware(Chip):

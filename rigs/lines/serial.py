@@ -7,7 +7,7 @@ from rigs.clock import Clock, SystemClock
 from rigs.faults import LineError
 from rir.optional import require
 
-READ_STEP = 0.005
+READ_STEP = 0.005  # s a read waits: far below time-outs, without a busy loop
 
 
 @runtime_checkable

@@ -24,7 +24,7 @@ from rigs.motion import travel_time
 from rir.config import Config
 from rir.errors import OutOfReachError, RigError
 
-RESENDS = 6
+RESENDS = 6  # of one line: so many damaged in a row are a broken line, not noise
 
 
 class MarlinOptions(Config):

@@ -9,7 +9,7 @@ from rigs.planning.envelope import Envelope
 from rigs.planning.paths import Roadmap
 from rir.errors import OutOfReachError
 
-REFUGES = 60
+REFUGES = 60  # places tried of the 216 of a grid, by detour: each is planned for
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-SECTIONS = 36
+SECTIONS = 36  # golden sections leave 0.618^36 of a way: 0.3 µm of 10 m
 
 
 def segment_box_distance(

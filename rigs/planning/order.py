@@ -7,6 +7,7 @@ import numpy as np
 
 Lengths = Callable[[np.ndarray, np.ndarray], np.ndarray]
 RESTARTS = 40
+"""Within 0.3 % of the best of 100 000 descents (docs/decisions/0033)."""
 
 
 def straight_lengths(a: np.ndarray, b: np.ndarray) -> np.ndarray:

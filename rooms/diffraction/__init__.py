@@ -1,4 +1,4 @@
-"""Edge diffraction: UTD for rooms, and an exact reference."""
+"""Edge diffraction by the uniform theory (UTD)."""
 
 from rooms.diffraction.edges import Edges, edges_of, find_edges
 from rooms.diffraction.paths import DiffractedPaths, diffracted_paths

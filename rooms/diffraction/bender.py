@@ -14,10 +14,10 @@ from rooms.mesh import MeshGeometry
 __all__ = ["Bender"]
 
 _STEPS = 60
-"""Rounds in which both places on two edges settle; each halves what is left at least
-where edges are not nearly parallel, so that nothing is left in double precision."""
+"""Rounds in which two places on two edges settle by turns: 60 leave 0.4 µm of a way in
+the built-in room where they settle slowest, 30 leave 0.1 mm."""
 _SHARP = np.radians(200)
-"""Edges that open less hardly bend sound a second time."""
+"""Edges that open less hardly bend sound: it goes on as along a wall."""
 
 
 def _unit(vectors: FloatArray) -> FloatArray:

@@ -10,7 +10,7 @@ from rooms.mesh import MeshGeometry
 
 __all__ = ["Ends", "Legs", "mirrored_ends"]
 
-_SLACK = 1e-9
+_SLACK = 1e-9  # of the diagonal: far above rounding, far below a wavelength
 
 
 @dataclass(frozen=True, eq=False)

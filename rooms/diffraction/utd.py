@@ -7,7 +7,7 @@ from rir.arrays import ComplexArray, FloatArray
 
 __all__ = ["diffraction_coefficient", "transition"]
 
-_NEAR = 1e-6
+_NEAR = 1e-6  # rad: closer, the product of a pole and a zero is put at its limit
 
 
 def transition(x: ArrayLike) -> ComplexArray:

@@ -19,7 +19,7 @@ __all__ = ["DIFFRACTION", "Share", "bent_share"]
 _BENT_DB = -14.0
 """Sound bent around one edge against free sound, where nothing can be probed [dB]."""
 
-_PROBES = 9
+_PROBES = 9  # two emitters and seven listeners: 14 pairs (docs/decisions/0061)
 _PER_DB = {
     "level_db": 1.0,
     "clarity_db": 1.5,

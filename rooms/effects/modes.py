@@ -16,7 +16,11 @@ from rooms.sound import Budget, Sound
 __all__ = ["MODES", "crossover_of"]
 
 _HIGHEST, _LOWEST = 350.0, 60.0
+"""Crossovers [Hz]: work grows with the fourth power of the highest; at the lowest, half
+an octave of cross-over ends below the lowest octave, and nothing counted changes."""
+
 _CELLS = 400_000
+"""Bounds the work of a pair, which grows with the power 4/3 of the cells."""
 
 _PER_DB = {
     "level_db": 1.0,

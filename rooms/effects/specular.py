@@ -14,9 +14,8 @@ from rooms.sound import Arrivals, Budget, Lattice, Sound
 __all__ = ["SPECULAR"]
 
 FloatArray = NDArray[np.float64]
-_ANY_ORDER = 1 << 30
-
-_SILENT_DB = 300.0
+_ANY_ORDER = 1 << 30  # no response is as long, and sums of orders still fit 32 bits
+_SILENT_DB = 300.0  # below what double precision keeps of a sum of pressures
 _MOST_IMAGES = 2e9
 """About twenty seconds of work for each pair."""
 

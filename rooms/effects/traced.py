@@ -11,8 +11,8 @@ from rooms.sound import Sound
 
 __all__ = ["DEFAULT_RAYS", "traced_energy"]
 
-DEFAULT_RAYS = 20_000
-_STEP = 0.004
+DEFAULT_RAYS = 20_000  # half of them know C50 to 0.01 dB in a room (docs/simulating)
+_STEP = 0.004  # s: far below the 50 ms of C50, with enough rays in each
 
 
 def traced_energy(scene: Scene, sound: Sound) -> tuple[NDArray[np.float64], float]:

@@ -14,11 +14,9 @@ from numba import njit
 
 from rooms.kernels.patterns import pattern_gains
 
-MOMENTS = 8
-LANES = 8
-NEAREST = 0.01
-"""Bands are padded to eight, so that one wide register holds them; images nearer
-than `NEAREST` [m] count as there: no transducer is a point."""
+MOMENTS = 8  # powers 0 to 7: a pulse exact to -100 dB (docs/decisions/0042)
+LANES = 8  # bands are padded to eight, so that one wide register holds them
+NEAREST = 0.01  # m: images nearer count as there, since no transducer is a point
 
 
 @njit(cache=True, nogil=True, fastmath=True)

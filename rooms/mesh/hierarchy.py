@@ -10,7 +10,8 @@ from rir.arrays import FloatArray, IntArray
 
 __all__ = ["Hierarchy", "aligned", "build_hierarchy"]
 
-_WIDTH, _PACK, _LINE = 16, 8, 64
+_WIDTH, _PACK = 16, 8  # boxes and triangles tested at once, as `lanes` does
+_LINE = 64  # bytes of a line of the cache
 
 
 @dataclass(frozen=True, eq=False)

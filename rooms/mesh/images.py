@@ -13,8 +13,8 @@ __all__ = ["Paths", "find_paths"]
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 ShortArray = NDArray[np.int32]
-_SLACK = 1e-9
-_DEEPEST = 100
+_SLACK = 1e-9  # of the diagonal: far above rounding, far below a wavelength
+_DEEPEST = 100  # orders: far beyond what any search finishes
 
 
 @dataclass(frozen=True, eq=False)

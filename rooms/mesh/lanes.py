@@ -12,8 +12,8 @@ from numba.core import types
 from numba.core.cgutils import get_or_insert_function
 from numba.extending import intrinsic
 
-BOXES, TRIANGLES = 16, 8
-NONE = 0x7FFFFFFF
+BOXES, TRIANGLES = 16, 8  # of 32 and 64 bits: one wide register each
+NONE = 0x7FFFFFFF  # the largest int32, farther than any box
 _WHOLE = ir.IntType(64)
 
 

@@ -7,7 +7,7 @@ from rooms.mesh.cleaning import edge_table
 
 __all__ = ["closed_shell", "signed_volume"]
 
-_WHOLE = 0.99
+_WHOLE = 0.99  # of the extent of all: what is smaller stands in the room
 
 
 def signed_volume(corners: FloatArray) -> float:

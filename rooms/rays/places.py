@@ -12,8 +12,9 @@ from rooms.mesh.nearness import distances
 
 __all__ = ["Places", "find_places"]
 
+# m; of the root of the volume; of the ball: see `find_places`
 _LARGEST, _SHARE, _SMALLEST = 2.0, 0.25, 0.3
-_PROBES = 512
+_PROBES = 512  # the share of a ball that is seen, in steps of 0.2 %
 
 
 @dataclass(frozen=True, eq=False)

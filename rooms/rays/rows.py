@@ -15,7 +15,7 @@ from numba.extending import intrinsic
 
 from rooms.mesh.lanes import Lanes
 
-WIDTH = 8
+WIDTH = 8  # doubles of one wide register
 _WHOLE, _REAL = types.int64, types.float64
 
 

@@ -30,7 +30,10 @@ _MIRRORED = 0.6
 _PATCHES = 1.0
 """Patches per root of the rays, within limits: finer where noise is lower."""
 
-_FEWEST, _MOST = 64, 8192
+_FEWEST, _MOST = (
+    64,
+    8192,
+)  # ten on each wall of a box; more take memory and meet few rays
 
 _MEMORY = 40_000_000
 """Most numbers kept per place: fewer patches for long responses."""

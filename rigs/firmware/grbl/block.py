@@ -26,7 +26,7 @@ GROUPS = (
 )
 KNOWN = set().union(*GROUPS)
 WORD = re.compile(r"([A-Z])([-+]?(?:\d+\.?\d*|\.\d+))")
-REFUSED_M_AND_G = 20
+REFUSED_M_AND_G = 20  # STATUS_GCODE_UNSUPPORTED_COMMAND of Grbl 1.1
 
 
 class BlockError(ResoundingError, ValueError):

@@ -13,7 +13,7 @@ START_DELAY = 0.002
 """From a line taken to the first step, s; in recorded dialogues a line is answered
 before its motion shows."""
 ALARM_TEXT_DELAY = 0.5
-"""From a critical alarm to its message, s: Grbl's delay before it locks itself."""
+"""s: report_alarm_message of Grbl 1.1 waits so long before anything else is sent."""
 SWITCH_LOOKS = 400
 """Places of a move looked at for a pressed switch: every 5 mm of 2 m, and a hard limit
 may overrun by that."""

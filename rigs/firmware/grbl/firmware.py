@@ -17,12 +17,11 @@ from rigs.firmware.grbl.state import BoardState
 RING = 127  # RX_BUFFER_SIZE 128 of Grbl 1.1, one place of it always empty
 LINE_LENGTH = 80  # LINE_BUFFER_SIZE of Grbl 1.1
 RESET = 0x18  # Ctrl-X, CMD_RESET of Grbl 1.1
+# Typical times in s: long against a byte (0.09 ms) and short against a driver's
+# time-outs, so that all orders of events occur; real boards vary with their load.
 PARSE_TIME = 0.0015
 HOLD_LATENCY = 0.04
 BOOT_TIME = 0.1
-"""Typical s from a byte to what it causes, from ! to the braking, from power to the
-banner: long against a byte (0.09 ms) and short against a driver's time-outs, so that
-all orders of events occur; on real boards they vary with the load."""
 
 
 class GrblFirmware(Board):
