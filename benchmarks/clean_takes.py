@@ -82,7 +82,7 @@ def main(argv: list[str] | None = None) -> int:
         words.update(f"({mark})" for mark in result.marks)
         if result.flags:
             flagged += 1
-            print(number, result.flags, [v.text for v in result.verdicts if v.hard])
+            print(number, result.flags, [v.text for v in result.findings if v.hard])
     print(f"{flagged} of {count} clean takes flagged; all words: {dict(words)}")
     write_results(chosen.out, {"count": count, "flagged": flagged, "words": words})
     return 0

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from capture.faults import Fault
+from capture.faults import TakeFault
 from capture.signal.interleave import Interleaving
 from rir import Pose, RoomSpec
 from rir.config import Config
@@ -17,11 +17,11 @@ __all__ = [
     "Channels",
     "Device",
     "Gains",
-    "PairConfig",
-    "PairsFile",
     "PlaceConfig",
+    "PlacePair",
+    "PlacePairsFile",
     "SessionConfig",
-    "Simulation",
+    "SimulationConfig",
     "SweepConfig",
 ]
 
@@ -48,7 +48,7 @@ class PlaceConfig(Config):
         return PlaceConfig(position_m=(x, y, z), orientation=(i, j, k, w))
 
 
-class PairConfig(Config):
+class PlacePair(Config):
     """Two places between which both directions are measured."""
 
     id: Annotated[str, Field(pattern=r"^[A-Za-z0-9-]{1,32}$")]
@@ -64,7 +64,7 @@ class ListedPair(Config):
     b: Vector
 
 
-class PairsFile(Config):
+class PlacePairsFile(Config):
     """A YAML file that lists pairs by hand."""
 
     pairs: Annotated[list[ListedPair], Field(min_length=1)]
@@ -149,7 +149,7 @@ class Calibration(Config):
     microphone_file: str | None = None
 
 
-class Simulation(Config):
+class SimulationConfig(Config):
     """What the simulated interface adds to the world's own responses."""
 
     loudspeaker: Literal["omni", "cardioid"] = "omni"
@@ -161,7 +161,7 @@ class Simulation(Config):
     placement_mm: Annotated[float, Field(ge=0)] = 0.0
     temperature_sigma_c: Annotated[float, Field(ge=0)] = 0.0
     measured: str | None = None
-    faults: tuple[Fault, ...] = ()
+    faults: tuple[TakeFault, ...] = ()
 
     @property
     def exact(self) -> bool:
@@ -176,7 +176,7 @@ class SessionConfig(Config):
         SESSION.version
     )
     room: RoomSpec
-    pairs: Annotated[list[PairConfig], Field(min_length=1)]
+    pairs: Annotated[list[PlacePair], Field(min_length=1)]
     takes: Annotated[int, Field(ge=1, le=99)] = 1
     retakes: Annotated[int, Field(ge=0, le=99)] = 2
     stop_after: Annotated[int, Field(ge=1)] = 3
@@ -196,7 +196,7 @@ class SessionConfig(Config):
     rig: str = "simulated"
     device: Device | None = None
     channels: Channels = Channels()
-    simulation: Simulation | None = Simulation()
+    simulation: SimulationConfig | None = SimulationConfig()
 
     @model_validator(mode="after")
     def _band_fits(self) -> "SessionConfig":

@@ -4,10 +4,10 @@ from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from capture.config import PairConfig, SessionConfig
+from capture.config import PlacePair, SessionConfig
 from rir import Pose
 
-__all__ = ["Measure", "Move", "Plan", "Step", "Wait", "build_plan", "take_name"]
+__all__ = ["Measure", "Move", "SessionPlan", "Step", "Wait", "build_plan", "take_name"]
 
 Direction = Literal["AB", "BA"]
 
@@ -66,7 +66,7 @@ Step = Move | Wait | Measure
 
 
 @dataclass(frozen=True)
-class Plan:
+class SessionPlan:
     """The steps of a session, in order.
 
     Attributes
@@ -105,7 +105,7 @@ class Plan:
             return step.seconds
         return step.takes * self.take_s
 
-    def without(self, done: Collection[str]) -> "Plan":
+    def without(self, done: Collection[str]) -> "SessionPlan":
         """Return the plan of what is left when some measures are done.
 
         Moves and waits that lead to no remaining measure are left out.
@@ -120,7 +120,7 @@ class Plan:
             elif step.key not in done:
                 left += [*approach, step]
                 approach = []
-        return Plan(tuple(left), self.take_s, self.move_s)
+        return SessionPlan(tuple(left), self.take_s, self.move_s)
 
     def __iter__(self) -> Iterator[Step]:
         return iter(self.steps)
@@ -140,7 +140,7 @@ def take_name(key: str, take_no: int) -> str:
     return f"{key}_{take_no}"
 
 
-def build_plan(config: SessionConfig, move_s: float = 15.0) -> Plan:
+def build_plan(config: SessionConfig, move_s: float = 15.0) -> SessionPlan:
     """Return the plan of a session.
 
     Each pair is measured both ways back to back; every second pair starts with
@@ -163,7 +163,7 @@ def build_plan(config: SessionConfig, move_s: float = 15.0) -> Plan:
     sweep = config.sweep
     extra = config.interleaving.extra / config.sample_rate
     take_s = sweep.noise_s + sweep.seconds + extra + sweep.tail_s
-    return Plan(tuple(steps), take_s, move_s)
+    return SessionPlan(tuple(steps), take_s, move_s)
 
 
 def _closure(config: SessionConfig) -> list[Step]:
@@ -176,7 +176,7 @@ def _closure(config: SessionConfig) -> list[Step]:
 
 
 def _one_way(
-    pair: PairConfig, direction: Direction, config: SessionConfig
+    pair: PlacePair, direction: Direction, config: SessionConfig
 ) -> list[Step]:
     ends = {"A": pair.a.pose, "B": pair.b.pose}
     start, end = direction

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from capture.checks.evidence import Evidence
-from capture.checks.finding import Verdict
+from capture.checks.finding import Finding
 from capture.checks.table import CHECKS
 
 __all__ = ["check_beginning", "check_ending"]
@@ -19,13 +19,13 @@ WEAK_SHARE = 0.1
 
 
 @CHECKS.add("beginning")
-def check_beginning(take: Evidence) -> Iterator[Verdict]:
+def check_beginning(take: Evidence) -> Iterator[Finding]:
     """Refuse takes that do not hold the whole sweep."""
     excitation = take.reference.excitation
     latency = take.reference.clock.latency
     missing = take.latency + excitation.n_played - take.recording.shape[1]
     if missing > 0.002 * take.sample_rate:
-        yield Verdict(
+        yield Finding(
             "short_recording",
             True,
             f"the recording ends {missing / take.sample_rate:.3f} s before the sweep "
@@ -48,7 +48,7 @@ def check_beginning(take: Evidence) -> Iterator[Verdict]:
 
 
 @CHECKS.add("ending")
-def check_ending(take: Evidence) -> Iterator[Verdict]:
+def check_ending(take: Evidence) -> Iterator[Finding]:
     """Refuse takes in which the sweep stops before its end.
 
     The response then ends sharply at the frequency played last; a loudspeaker's
@@ -85,7 +85,7 @@ def check_ending(take: Evidence) -> Iterator[Verdict]:
             continue
         stop = edges[at : at + 1]
         time = float(excitation.time_played(stop)[0]) + take.latency / take.sample_rate
-        yield Verdict(
+        yield Finding(
             "stops_early",
             True,
             f"channel {channel}: the sweep stops at {edges[at]:.0f} Hz, {time:.3f} s",
@@ -96,8 +96,8 @@ def check_ending(take: Evidence) -> Iterator[Verdict]:
         )
 
 
-def _missing(seconds: float, channel: int | None) -> Verdict:
-    return Verdict(
+def _missing(seconds: float, channel: int | None) -> Finding:
+    return Finding(
         "missing_start",
         True,
         f"the recording begins {seconds:.3f} s after the sweep did",

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from capture.signal.reference import Reference
+from capture.signal.reference import SweepReference
 from capture.signal.residual import BLOCK_S, block_energies
 
 __all__ = ["Cable", "Slip"]
@@ -43,11 +43,11 @@ class Cable:
 
     Attributes
     ----------
-    reference : Reference
+    reference : SweepReference
         The take's reference; it has a loopback with a known latency.
     """
 
-    reference: Reference
+    reference: SweepReference
 
     @property
     def samples(self) -> Array:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from capture.checks.evidence import Evidence
-from capture.checks.finding import Verdict
+from capture.checks.finding import Finding
 from capture.checks.table import CHECKS
 
 __all__ = ["check_clipping"]
@@ -21,7 +21,7 @@ CROWD = 6.0
 
 
 @CHECKS.add("clipping")
-def check_clipping(take: Evidence) -> Iterator[Verdict]:
+def check_clipping(take: Evidence) -> Iterator[Finding]:
     """Refuse takes whose wave is cut flat, at whatever level.
 
     A clipped wave enters its plateau steeply; the top of a quantised slow sine is
@@ -41,7 +41,7 @@ def check_clipping(take: Evidence) -> Iterator[Verdict]:
             continue
         name = "the loopback" if channel < 0 else f"channel {channel}"
         level = 20 * np.log10(max(np.abs(row).max(), 1e-30))
-        yield Verdict(
+        yield Finding(
             "clipped",
             True,
             f"{name} is clipped at {level:.1f} dBFS: {count} samples, first at "
@@ -55,7 +55,7 @@ def check_clipping(take: Evidence) -> Iterator[Verdict]:
     take.figures["clipped_samples"] = counts
 
 
-def _cut_crests(take: Evidence, channel: int) -> Iterator[Verdict]:
+def _cut_crests(take: Evidence, channel: int) -> Iterator[Finding]:
     """Find crests cut so smoothly that no two samples are equal."""
     crests = take.crests
     if crests is None or channel < 0 or not take.finite[channel]:
@@ -67,7 +67,7 @@ def _cut_crests(take: Evidence, channel: int) -> Iterator[Verdict]:
         return
     at = int(crests.at[channel])
     over = 20 * np.log10(1 + excess / top)
-    yield Verdict(
+    yield Finding(
         "clipped",
         True,
         f"channel {channel} is clipped at {20 * np.log10(top):.1f} dBFS, or limited: "

@@ -6,7 +6,7 @@ import numpy as np
 
 from capture.checks import CHECKS
 from capture.checks.evidence import Evidence
-from capture.checks.finding import Limits, Verdict
+from capture.checks.finding import Finding, TakeLimits
 from capture.checks.run import gather_evidence
 from capture.signal.excitation import Excitation
 from capture.signal.reference import refer
@@ -45,7 +45,7 @@ def check_check(name: str) -> None:
         same = np.array_equal(response, take.response, equal_nan=True)
         promise(same, f"{where}: the response is left as it is")
         for one in found:
-            promise(isinstance(one, Verdict), f"{where}: a finding is a Verdict")
+            promise(isinstance(one, Finding), f"{where}: a finding is a Finding")
             promise(one.word.isidentifier(), f"{where}: its word is one word")
             promise(one.text, f"{where}: it says in a sentence what was found")
             known = one.channel is None or 0 <= one.channel < len(take.response)
@@ -75,7 +75,7 @@ def example_takes() -> Iterator[tuple[str, Evidence]]:
         grid = Excitation(sweep, RATE, take.shape[1], length=3200, pre=160)
         reference = refer(grid, loopback)
         golden = refer(grid, cable) if loopback is cable else None
-        yield what, gather_evidence(take, reference, golden, None, Limits())
+        yield what, gather_evidence(take, reference, golden, None, TakeLimits())
 
 
 def _heard(cable: FloatArray, rng: np.random.Generator, delay: int) -> FloatArray:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from capture.checks.evidence import Evidence
-from capture.checks.finding import Verdict
+from capture.checks.finding import Finding
 from capture.checks.hum import quiet_part
 from capture.checks.table import CHECKS
 
@@ -18,7 +18,7 @@ SIGMAS = 6.0
 
 
 @CHECKS.add("constant")
-def check_constant(take: Evidence) -> Iterator[Verdict]:
+def check_constant(take: Evidence) -> Iterator[Finding]:
     """Mark channels with a constant part; the response is free of it.
 
     Looked for in the quiet part of the recording: a sweep that begins at a low
@@ -30,7 +30,7 @@ def check_constant(take: Evidence) -> Iterator[Verdict]:
     for channel in np.flatnonzero(
         (levels > take.limits.dc_dbfs) & (means > SIGMAS * sigmas)
     ):
-        yield Verdict(
+        yield Finding(
             "dc_offset",
             False,
             f"channel {channel} has a constant part of {levels[channel]:.1f} dBFS",

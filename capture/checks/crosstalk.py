@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from capture.checks.evidence import Evidence
-from capture.checks.finding import Verdict
+from capture.checks.finding import Finding
 from capture.checks.table import CHECKS
 
 __all__ = ["check_crosstalk"]
@@ -21,7 +21,7 @@ ABOVE = 8.0
 
 
 @CHECKS.add("crosstalk")
-def check_crosstalk(take: Evidence) -> Iterator[Verdict]:
+def check_crosstalk(take: Evidence) -> Iterator[Finding]:
     """Mark a spike at time zero, before any sound can have arrived.
 
     It must stand out of what else lies before the direct sound: noise, and the
@@ -39,7 +39,7 @@ def check_crosstalk(take: Evidence) -> Iterator[Verdict]:
         levels[channel] = round(level, 1)
         if contrast < ABOVE or level < take.limits.crosstalk_db:
             continue
-        yield Verdict(
+        yield Finding(
             "crosstalk",
             False,
             f"channel {channel} has a copy of the output at time zero, "

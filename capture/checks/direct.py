@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from capture.checks.evidence import Evidence
-from capture.checks.finding import Verdict
+from capture.checks.finding import Finding
 from capture.checks.table import CHECKS
 
 __all__ = ["check_direct"]
@@ -16,7 +16,7 @@ EARLY_SAMPLES = 4.5
 
 
 @CHECKS.add("direct")
-def check_direct(take: Evidence) -> Iterator[Verdict]:
+def check_direct(take: Evidence) -> Iterator[Finding]:
     """Mark takes whose direct sound comes at another time than the poses say."""
     onset = take.onset / take.sample_rate
     take.figures["onset_samples"] = [
@@ -31,7 +31,7 @@ def check_direct(take: Evidence) -> Iterator[Verdict]:
     ]
     limit = max(take.limits.direct_s, EARLY_SAMPLES / take.sample_rate)
     for channel in np.flatnonzero(np.abs(off) > limit):
-        yield Verdict(
+        yield Finding(
             "direct_time",
             False,
             f"channel {channel}: the direct sound comes {1e3 * off[channel]:+.2f} ms "

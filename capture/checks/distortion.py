@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from capture.checks.evidence import Evidence
-from capture.checks.finding import Verdict
+from capture.checks.finding import Finding
 from capture.checks.table import CHECKS
 
 __all__ = ["check_distortion"]
@@ -20,7 +20,7 @@ ABOVE_NOISE = 4.0
 
 
 @CHECKS.add("distortion")
-def check_distortion(take: Evidence) -> Iterator[Verdict]:
+def check_distortion(take: Evidence) -> Iterator[Finding]:
     """Measure harmonics by their responses, which stand before the linear one.
 
     References
@@ -32,7 +32,7 @@ def check_distortion(take: Evidence) -> Iterator[Verdict]:
     for channel in np.flatnonzero(100 * share > take.limits.distortion_percent):
         percent = 100 * float(share[channel])
         hard = percent > take.limits.spoiling_distortion_percent
-        yield Verdict(
+        yield Finding(
             "distortion",
             hard,
             f"channel {channel} holds {percent:.1f} % harmonics: play more softly",
@@ -72,7 +72,7 @@ def _share(
     use = (energies.centers > LOWEST_HZ) & (
         energies.centers > 1.5 * order * take.reference.excitation.band[0]
     )
-    inside = energies.valid()[:, window] & use[:, np.newaxis]
+    inside = energies.valid[:, window] & use[:, np.newaxis]
     count = np.count_nonzero(inside, axis=1)
     energy = energies.energy[rows]
     found = np.where(inside, energy[:, :, window], 0.0).sum(axis=-1)

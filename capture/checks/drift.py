@@ -5,14 +5,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from capture.checks.evidence import Evidence
-from capture.checks.finding import Verdict
+from capture.checks.finding import Finding
 from capture.checks.table import CHECKS
 
 __all__ = ["check_drift"]
 
 
 @CHECKS.add("drift")
-def check_drift(take: Evidence) -> Iterator[Verdict]:
+def check_drift(take: Evidence) -> Iterator[Finding]:
     """Mark a drift of the recorder's clock; the response is corrected for it.
 
     On one interface any drift means a wrong set-up; a session treats it so. Against
@@ -32,7 +32,7 @@ def check_drift(take: Evidence) -> Iterator[Verdict]:
     take.figures["drift_ppm"] = round(1e6 * float(clock.drift), 4)
     take.figures["drift_sigma_ppm"] = round(1e6 * float(clock.drift_sigma), 4)
     if abs(drift) > limit:
-        yield Verdict(
+        yield Finding(
             "clock_drift",
             False,
             f"the recorder's clock runs off by {drift:+.2f} ppm (corrected): two "

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from capture.checks.evidence import Evidence
-from capture.checks.finding import Verdict
+from capture.checks.finding import Finding
 from capture.checks.table import CHECKS
 
 __all__ = ["check_events"]
@@ -18,7 +18,7 @@ RESOLUTION = 1.5
 
 
 @CHECKS.add("events")
-def check_events(take: Evidence) -> Iterator[Verdict]:
+def check_events(take: Evidence) -> Iterator[Finding]:
     """Find moments at which a recording holds more than sweep and response.
 
     The part of the take that lies outside response and harmonics is played through
@@ -80,7 +80,7 @@ def _surroundings(rest: np.ndarray) -> np.ndarray:
 
 def _name(
     take: Evidence, group: list[int], time: float, contrast: float, level: float
-) -> Iterator[Verdict]:
+) -> Iterator[Finding]:
     channel = group[0] if len(group) == 1 else None
     where = f"channel {group[0]}" if len(group) == 1 else f"channels {group}"
     figures = (level, take.limits.event_level_db, "dB", channel, time)
@@ -91,7 +91,7 @@ def _name(
         shift = _shift(take, group[0], time)
     if shift:
         lost = shift < 0
-        yield Verdict(
+        yield Finding(
             "lost_samples" if lost else "inserted_samples",
             True,
             f"{where}: about {abs(shift) * take.sample_rate:.0f} samples were "
@@ -99,7 +99,7 @@ def _name(
             *figures,
         )
     else:
-        yield Verdict(
+        yield Finding(
             "event",
             True,
             f"{where}: a knock, click or gap at {time:.2f} s, {contrast:.0f} dB over "

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.checks.cable import Cable
-from capture.checks.finding import Limits
+from capture.checks.finding import TakeLimits
 from capture.checks.noise_floor import NoiseFigures, estimate_noise
 from capture.signal.crests import Crests
 from capture.signal.energy import EnergyMap
-from capture.signal.reference import Reference
+from capture.signal.reference import SweepReference
 from capture.signal.residual import Residual
 from rir.onset import find_onset
 
@@ -35,7 +35,7 @@ class Evidence:
         Which channels are finite.
     response : ndarray, shape (channels, pre + length)
         The responses.
-    reference : Reference
+    reference : SweepReference
         What was divided by.
     energies : EnergyMap
         Energy by octave and lag.
@@ -45,11 +45,11 @@ class Evidence:
         Channels of each group.
     crests : Crests or None
         Extremes against prediction; None for arrays of many channels.
-    golden : Reference or None
+    golden : SweepReference or None
         The reference of the golden loopback.
     direct_delay : ndarray or None
         Expected direct sound per channel, s.
-    limits : Limits
+    limits : TakeLimits
         What is tolerated.
     figures : dict
         Where checks put their numbers.
@@ -58,14 +58,14 @@ class Evidence:
     recording: Array
     finite: NDArray[np.bool_]
     response: Array
-    reference: Reference
+    reference: SweepReference
     energies: EnergyMap
     residual: Residual
     groups: list[list[int]]
     crests: Crests | None
-    golden: Reference | None
+    golden: SweepReference | None
     direct_delay: Array | None
-    limits: Limits
+    limits: TakeLimits
     figures: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -121,7 +121,7 @@ class Evidence:
     @cached_property
     def signal(self) -> Array:
         """Energy of the response without noise, shape (channels, octaves)."""
-        kept = self.kept & self.energies.valid()
+        kept = self.kept & self.energies.valid
         total = np.where(kept, self.energies.energy, 0).sum(axis=-1)
         expected = self.noise.floor * kept.sum(axis=-1)
         return np.maximum(total - expected, 0.0)

@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass
 
-__all__ = ["Limits", "Verdict"]
+__all__ = ["Finding", "TakeLimits"]
 
 
 @dataclass(frozen=True)
-class Verdict:
+class Finding:
     """One finding of one check.
 
     Attributes
@@ -38,7 +38,7 @@ class Verdict:
 
 
 @dataclass(frozen=True)
-class Limits:
+class TakeLimits:
     """What a take may show before it is marked or refused.
 
     Attributes

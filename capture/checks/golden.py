@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from capture.checks.evidence import Evidence
-from capture.checks.finding import Verdict
+from capture.checks.finding import Finding
 from capture.checks.table import CHECKS
 
 __all__ = ["check_golden"]
@@ -14,7 +14,7 @@ CONTRAST_DB = 12.0
 
 
 @CHECKS.add("golden")
-def check_golden(take: Evidence) -> Iterator[Verdict]:
+def check_golden(take: Evidence) -> Iterator[Finding]:
     """Refuse takes whose loopback is not the golden one any more.
 
     The residual is taken after delays are removed, so it tells of lost samples and
@@ -28,7 +28,7 @@ def check_golden(take: Evidence) -> Iterator[Verdict]:
     take.figures["latency_change_samples"] = round(float(change), 4)
     take.figures["gain_change_db"] = round(gain, 4)
     if abs(change) > take.limits.latency_change:
-        yield Verdict(
+        yield Finding(
             "latency_change",
             True,
             f"the latency changed by {change:+.2f} samples since the first take: "
@@ -38,7 +38,7 @@ def check_golden(take: Evidence) -> Iterator[Verdict]:
             "samples",
         )
     if abs(gain) > take.limits.gain_change_db:
-        yield Verdict(
+        yield Finding(
             "gain_change",
             True,
             f"the loopback's gain changed by {gain:+.2f} dB since the first take",
@@ -50,7 +50,7 @@ def check_golden(take: Evidence) -> Iterator[Verdict]:
     take.figures["golden_residual_db"] = round(worst, 1)
     limit = max(take.limits.golden_residual_db, floor + CONTRAST_DB)
     if worst > limit:
-        yield Verdict(
+        yield Finding(
             "loopback_changed",
             True,
             f"the loopback differs from the first take's by {worst:.1f} dB at "

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from capture.checks.evidence import Evidence
-from capture.checks.finding import Verdict
+from capture.checks.finding import Finding
 from capture.checks.table import CHECKS
 
 __all__ = ["check_hum", "quiet_part"]
@@ -18,7 +18,7 @@ COARSE_HZ = 2000.0
 
 
 @CHECKS.add("hum")
-def check_hum(take: Evidence) -> Iterator[Verdict]:
+def check_hum(take: Evidence) -> Iterator[Finding]:
     """Name hum before the sweep or after its decay; a mark only.
 
     Looked for between 40 and 70 Hz, where the response often is not wanted anyway:
@@ -54,7 +54,7 @@ def check_hum(take: Evidence) -> Iterator[Verdict]:
         if contrast < CONTRAST_DB or level < LOUD_DB:
             continue
         tones[channel] = round(float(f[peak]), 1)
-        yield Verdict(
+        yield Finding(
             "hum",
             False,
             f"channel {channel} has hum at {f[peak]:.0f} Hz, {level:.1f} dB relative "

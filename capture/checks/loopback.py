@@ -6,7 +6,7 @@ import numpy as np
 
 from capture.checks.events import worst_event
 from capture.checks.evidence import Evidence
-from capture.checks.finding import Verdict
+from capture.checks.finding import Finding
 from capture.checks.table import CHECKS
 
 __all__ = ["check_loopback"]
@@ -17,13 +17,13 @@ FEWEST = 8
 
 
 @CHECKS.add("loopback")
-def check_loopback(take: Evidence) -> Iterator[Verdict]:
+def check_loopback(take: Evidence) -> Iterator[Finding]:
     """Refuse takes whose loopback slipped, broke, or changed its gain."""
     cable = take.cable
     if cable is None or take.swapped:
         return
     if cable.compactness < COMPACT_SHARE and cable.slip is None:
-        yield Verdict(
+        yield Finding(
             "bad_loopback",
             True,
             f"only {100 * cable.compactness:.0f} % of the loopback's response stand "
@@ -36,7 +36,7 @@ def check_loopback(take: Evidence) -> Iterator[Verdict]:
     yield from _ripple(take)
 
 
-def _breaks(take: Evidence) -> Iterator[Verdict]:
+def _breaks(take: Evidence) -> Iterator[Finding]:
     cable = take.cable
     if cable is None:
         return
@@ -60,7 +60,7 @@ def _breaks(take: Evidence) -> Iterator[Verdict]:
     if slip is not None:
         number = abs(round(slip.samples)) or 1
         lost = slip.samples < 0
-        yield Verdict(
+        yield Finding(
             "lost_samples" if lost else "inserted_samples",
             True,
             f"{number} samples were {'lost' if lost else 'inserted'} at about "
@@ -71,7 +71,7 @@ def _breaks(take: Evidence) -> Iterator[Verdict]:
             time=slip.time,
         )
     elif level > limit and contrast > CONTRAST_DB:
-        yield Verdict(
+        yield Finding(
             "loopback_break",
             True,
             f"the loopback is broken at {time:.2f} s: {level:.1f} dB do not "
@@ -83,7 +83,7 @@ def _breaks(take: Evidence) -> Iterator[Verdict]:
         )
 
 
-def _ripple(take: Evidence) -> Iterator[Verdict]:
+def _ripple(take: Evidence) -> Iterator[Finding]:
     excitation = take.reference.excitation
     f = excitation.frequencies
     low = max(200.0, 2 * excitation.band[0])
@@ -100,7 +100,7 @@ def _ripple(take: Evidence) -> Iterator[Verdict]:
     ripple = float(np.abs(smooth - middle).max())
     take.figures["loopback_ripple_db"] = round(ripple, 3)
     if ripple > take.limits.loopback_ripple_db:
-        yield Verdict(
+        yield Finding(
             "gain_change",
             True,
             f"the loopback's gain changes by {ripple:.1f} dB while the sweep runs: "

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from capture.checks.evidence import Evidence
-from capture.checks.finding import Verdict
+from capture.checks.finding import Finding
 from capture.checks.table import CHECKS
 
 __all__ = ["check_noise"]
@@ -14,7 +14,7 @@ LOWEST_HZ, HIGHEST_HZ = 100.0, 10000.0
 
 
 @CHECKS.add("noise")
-def check_noise(take: Evidence) -> Iterator[Verdict]:
+def check_noise(take: Evidence) -> Iterator[Finding]:
     """Mark octaves with little range; refuse takes that are all noise.
 
     References
@@ -37,7 +37,7 @@ def check_noise(take: Evidence) -> Iterator[Verdict]:
     take.figures["noise_in_response_db"] = [round(float(value), 1) for value in level]
     for channel in np.flatnonzero(take.finite & (take.peaks > 0)):
         if level[channel] > take.limits.drowned_db:
-            yield Verdict(
+            yield Finding(
                 "noise",
                 True,
                 f"channel {channel}: noise is {level[channel]:.0f} dB above the "
@@ -51,7 +51,7 @@ def check_noise(take: Evidence) -> Iterator[Verdict]:
         yield from _low_range(take, int(channel), peak[channel])
 
 
-def _low_range(take: Evidence, channel: int, peak: np.ndarray) -> Iterator[Verdict]:
+def _low_range(take: Evidence, channel: int, peak: np.ndarray) -> Iterator[Finding]:
     centers = take.energies.centers
     floor = np.maximum(take.noise.floor[channel], 1e-300)
     ratio = 10 * np.log10(np.maximum(peak, 1e-300) / floor)
@@ -59,7 +59,7 @@ def _low_range(take: Evidence, channel: int, peak: np.ndarray) -> Iterator[Verdi
     low = asked & (ratio < take.limits.low_inr_db)
     if np.any(low):
         names = ", ".join(f"{center:g}" for center in centers[low])
-        yield Verdict(
+        yield Finding(
             "low_inr",
             False,
             f"channel {channel}: impulse to noise ratio below "

@@ -62,7 +62,7 @@ def estimate_noise(energies: EnergyMap) -> NoiseFigures:
     ----------
     Lundeby, Vigran, Bietz, Vorländer, Acustica 81 (1995).
     """
-    valid, lags = energies.valid(), energies.lags
+    valid, lags = energies.valid, energies.lags
     positive = valid & (lags > 0)
     crossing, knee, decay = _zoom(energies, positive)
     after = np.full_like(crossing, np.nan)

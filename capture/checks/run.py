@@ -8,16 +8,16 @@ from numpy.typing import NDArray
 
 from capture.checks import CHECKS
 from capture.checks.evidence import Evidence
-from capture.checks.finding import Limits, Verdict
+from capture.checks.finding import Finding, TakeLimits
 from capture.signal.arrangement import as_float
 from capture.signal.crests import Crests
 from capture.signal.division import Divider, divide
 from capture.signal.energy import EnergyMap, Octaves
-from capture.signal.reference import Reference
+from capture.signal.reference import SweepReference
 from capture.signal.residual import Residual
 from capture.signal.stretch import apply_stretch
 
-__all__ = ["Examined", "divide_only", "examine", "gather_evidence"]
+__all__ = ["CheckedTake", "check_take", "divide_only", "gather_evidence"]
 
 Array = NDArray[np.float64]
 
@@ -25,70 +25,70 @@ DRIFT_TO_CORRECT = 2e-8
 
 
 @dataclass(frozen=True, eq=False)
-class Examined:
+class CheckedTake:
     """A divided take with all findings."""
 
     response: Array
-    reference: Reference
-    verdicts: tuple[Verdict, ...]
+    reference: SweepReference
+    findings: tuple[Finding, ...]
     figures: dict[str, Any]
 
 
-def examine(
+def check_take(
     take: NDArray[Any],
-    reference: Reference,
-    golden: Reference | None,
+    reference: SweepReference,
+    golden: SweepReference | None,
     direct_delay: Array | None,
-    limits: Limits,
-) -> Examined:
+    limits: TakeLimits,
+) -> CheckedTake:
     """Deconvolve and check one take.
 
     Parameters
     ----------
     take : ndarray, shape (channels, n)
         The recording, of any real type.
-    reference : Reference
+    reference : SweepReference
         What to divide by.
-    golden : Reference or None
+    golden : SweepReference or None
         The session's first good loopback.
     direct_delay : ndarray or None
         Expected direct sound per channel, s.
-    limits : Limits
+    limits : TakeLimits
         What is tolerated.
     """
     evidence = gather_evidence(take, reference, golden, direct_delay, limits)
     latency = reference.clock.latency
     known = bool(np.isfinite(latency))
     evidence.figures["latency_samples"] = float(latency) if known else None
-    verdicts = [verdict for check in CHECKS.values() for verdict in check(evidence)]
+    findings = [finding for check in CHECKS.values() for finding in check(evidence)]
     response = evidence.response
     response[~evidence.finite] = np.nan
-    return Examined(response, reference, tuple(verdicts), evidence.figures)
+    return CheckedTake(response, reference, tuple(findings), evidence.figures)
 
 
-def divide_only(take: NDArray[Any], reference: Reference) -> Examined:
+def divide_only(take: NDArray[Any], reference: SweepReference) -> CheckedTake:
     """Deconvolve one take and look at nothing.
 
     Parameters
     ----------
     take : ndarray, shape (channels, n)
         The recording, of any real type.
-    reference : Reference
+    reference : SweepReference
         What to divide by.
     """
     response = divide(as_float(take), reference)
     _restore_clock(response, reference)
-    return Examined(response, reference, (), {})
+    return CheckedTake(response, reference, (), {})
 
 
 def gather_evidence(
     take: NDArray[Any],
-    reference: Reference,
-    golden: Reference | None,
+    reference: SweepReference,
+    golden: SweepReference | None,
     direct_delay: Array | None,
-    limits: Limits,
+    limits: TakeLimits,
 ) -> Evidence:
-    """Deconvolve one take and gather what checks look at; see :func:`examine`."""
+    """Deconvolve one take and gather what checks look at; see `check_take`."""
     excitation = reference.excitation
     channels, n = take.shape
     recording = as_float(take)
@@ -121,7 +121,7 @@ def gather_evidence(
     )
 
 
-def _restore_clock(response: Array, reference: Reference) -> None:
+def _restore_clock(response: Array, reference: SweepReference) -> None:
     """Put responses on the player's clock: the recorder's may have run off."""
     clock, pre = reference.clock, reference.excitation.pre
     if not clock.runs_off or not np.isfinite(clock.latency):

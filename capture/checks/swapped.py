@@ -3,14 +3,14 @@
 from collections.abc import Iterator
 
 from capture.checks.evidence import Evidence
-from capture.checks.finding import Verdict
+from capture.checks.finding import Finding
 from capture.checks.table import CHECKS
 
 __all__ = ["check_swapped"]
 
 
 @CHECKS.add("swapped")
-def check_swapped(take: Evidence) -> Iterator[Verdict]:
+def check_swapped(take: Evidence) -> Iterator[Finding]:
     """Refuse takes in which microphone and loopback changed places.
 
     Against what was played, the response of a cable is one short pulse, that of a
@@ -18,7 +18,7 @@ def check_swapped(take: Evidence) -> Iterator[Verdict]:
     divided by the room.
     """
     for channel in take.swapped:
-        yield Verdict(
+        yield Finding(
             "swapped_channels",
             True,
             f"channel {channel} carries the output by cable and the loopback does "

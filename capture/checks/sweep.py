@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from capture.checks.evidence import Evidence
-from capture.checks.finding import Verdict
+from capture.checks.finding import Finding
 from capture.checks.table import CHECKS
 
 __all__ = ["check_sweep"]
@@ -20,14 +20,14 @@ STRAIGHT = 0.3
 
 
 @CHECKS.add("sweep")
-def check_sweep(take: Evidence) -> Iterator[Verdict]:
+def check_sweep(take: Evidence) -> Iterator[Finding]:
     """Refuse takes without the sweep, or with it at another rate.
 
     In a room all octaves begin together; from a sweep played or recorded at another
     rate they begin one after the other.
     """
     energies = take.energies
-    valid = energies.valid()
+    valid = energies.valid
     masked = np.where(valid, energies.energy, 0.0)
     smooth = masked + np.roll(masked, 1, axis=-1)
     peak = smooth.max(axis=-1)
@@ -36,7 +36,7 @@ def check_sweep(take: Evidence) -> Iterator[Verdict]:
     take.figures["prominence_db"] = np.round(ratio.max(axis=-1), 1).tolist()
     for channel in np.flatnonzero(take.finite & (take.peaks > 0)):
         if ratio[channel].max() < FOUND_DB:
-            yield Verdict(
+            yield Finding(
                 "no_sweep",
                 True,
                 f"channel {channel} does not hold the sweep: nothing stands out by "
@@ -52,7 +52,7 @@ def check_sweep(take: Evidence) -> Iterator[Verdict]:
 
 def _rate(
     take: Evidence, channel: int, energy: np.ndarray, ratio: np.ndarray
-) -> Iterator[Verdict]:
+) -> Iterator[Finding]:
     excitation = take.reference.excitation
     lags, centers = take.energies.lags, take.energies.centers
     use = (centers >= LOWEST_HZ) & (ratio > CLEAR_DB)
@@ -70,7 +70,7 @@ def _rate(
         off < STRAIGHT * span
     ):
         rate = 1 / (1 + slope / excitation.rate) if slope > -excitation.rate else np.nan
-        yield Verdict(
+        yield Finding(
             "wrong_rate",
             True,
             f"channel {channel} holds the sweep at {rate:.3f} times its rate: check "

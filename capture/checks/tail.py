@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from capture.checks.evidence import Evidence
-from capture.checks.finding import Verdict
+from capture.checks.finding import Finding
 from capture.checks.table import CHECKS
 
 __all__ = ["check_tail"]
@@ -19,7 +19,7 @@ SHALLOWEST = 1.6
 
 
 @CHECKS.add("tail")
-def check_tail(take: Evidence) -> Iterator[Verdict]:
+def check_tail(take: Evidence) -> Iterator[Finding]:
     """Refuse takes whose recording ends while the response still sounds.
 
     The later half of what is known of each octave's decay must be noise; where it
@@ -50,7 +50,7 @@ def check_tail(take: Evidence) -> Iterator[Verdict]:
     take.figures["lost_tail_db"] = [round(float(value), 1) for value in share]
     for channel in np.flatnonzero(share > take.limits.lost_tail_db):
         if take.finite[channel]:
-            yield Verdict(
+            yield Finding(
                 "tail_cut",
                 True,
                 f"channel {channel} still sounds when the recording ends "

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from capture.checks.evidence import Evidence
-from capture.checks.finding import Verdict
+from capture.checks.finding import Finding
 from capture.checks.table import CHECKS
 
 __all__ = ["check_zeros"]
@@ -16,7 +16,7 @@ LOOK = 64
 
 
 @CHECKS.add("zeros")
-def check_zeros(take: Evidence) -> Iterator[Verdict]:
+def check_zeros(take: Evidence) -> Iterator[Finding]:
     """Refuse takes with runs of exact zeros inside the sweep.
 
     A quiet quantised wave passes zero in runs as well, but enters and leaves them
@@ -34,7 +34,7 @@ def check_zeros(take: Evidence) -> Iterator[Verdict]:
         name = "the loopback" if channel < 0 else f"channel {channel}"
         word = "stops_early" if stops else "zeroed_samples"
         what = "stops" if stops else f"has {length} samples of exact zero"
-        yield Verdict(
+        yield Finding(
             word,
             True,
             f"{name} {what} at {take.seconds(at)}: samples were dropped",

@@ -4,16 +4,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import typer
 from typer.core import TyperGroup
 
-from capture.commands.check import check_devices
-from capture.commands.cost import REAL, show_cost
+from capture.commands.check import CheckOptions, check_devices
+from capture.commands.cost import REAL, CostOptions, show_cost
 from capture.commands.devices import list_devices
 from capture.commands.measure import RunOptions, measure
-from capture.commands.options import Misuse, SessionOptions, given, with_options
+from capture.commands.options import Misuse, SessionOptions, given, option, with_options
 from capture.commands.plan import show_plan
 from capture.commands.rebuild import rebuild
 from rir.command import make_app, run
@@ -32,8 +32,8 @@ app.command("rebuild", no_args_is_help=True)(rebuild)
 app.command("cost")(with_options(show_cost, without=REAL))
 
 
-class Commands(TyperGroup):
-    """Commands with names, beside measuring, which needs none."""
+class SessionCommands(TyperGroup):
+    """SessionCommands with names, beside measuring, which needs none."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Return the command of a word; say what there is if the word is none."""
@@ -49,18 +49,16 @@ class Commands(TyperGroup):
 class Aliases:
     """The commands as they were called before they had names of their own."""
 
-    dry_run: Annotated[bool, typer.Option("--dry-run", hidden=True)] = False
-    check: Annotated[bool, typer.Option("--check", hidden=True)] = False
-    calibrator_db: Annotated[
-        float | None, typer.Option("--calibrator-db", hidden=True)
-    ] = None
-    list_devices: Annotated[bool, typer.Option("--list-devices", hidden=True)] = False
-    rebuild: Annotated[Path | None, typer.Option("--rebuild", hidden=True)] = None
-    cost: Annotated[bool, typer.Option("--cost", hidden=True)] = False
+    dry_run: bool = option("", default=False)
+    check: bool = option("", default=False)
+    calibrator_db: float | None = option("")
+    list_devices: bool = option("", default=False)
+    rebuild: Path | None = option("")
+    cost: bool = option("", default=False)
 
 
 @app.callback(
-    cls=Commands,
+    cls=SessionCommands,
     invoke_without_command=True,
     no_args_is_help=False,
     subcommand_metavar="[COMMAND]",
@@ -85,13 +83,13 @@ def capture_pairs(
         case "--dry-run":
             show_plan(session)
         case "--check":
-            check_devices(session, aliases.calibrator_db)
+            check_devices(session, CheckOptions(aliases.calibrator_db))
         case "--list-devices":
             list_devices()
         case "--rebuild":
             rebuild(Path(str(aliases.rebuild)))
         case "--cost":
-            show_cost(session, running.out)
+            show_cost(session, CostOptions(running.out))
         case _:
             measure(session, running)
 

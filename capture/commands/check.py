@@ -1,23 +1,24 @@
 """``capture-pairs check``: before a session, find the loopback and the level."""
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 from capture.commands.options import SessionOptions, option
 from rir.command import make_console
 
-__all__ = ["Calibrator", "check_devices"]
-
-Calibrator = Annotated[
-    float | None,
-    option(
-        "--calibrator-db",
-        "A 1 kHz calibrator of this level is on the first microphone [dB re 20 µPa].",
-    ),
-]
+__all__ = ["CheckOptions", "check_devices"]
 
 
-def check_devices(session: SessionOptions, calibrator_db: Calibrator = None) -> None:
+@dataclass(frozen=True)
+class CheckOptions:
+    """What is at hand for the check."""
+
+    calibrator_db: float | None = option(
+        "Level of a 1 kHz calibrator on the first microphone [dB re 20 µPa]."
+    )
+
+
+def check_devices(session: SessionOptions, checking: CheckOptions) -> None:
     """Find loopback, level, noise and distortion; nothing moves.
 
     What was found is written to checked.yaml, to measure with --config checked.yaml.
@@ -35,7 +36,7 @@ def check_devices(session: SessionOptions, calibrator_db: Calibrator = None) -> 
     stage.mover.place(build_plan(config).moves[0])
     interface = stage.open_interface()
     try:
-        found = Preflight.of(interface, config, calibrator_db)
+        found = Preflight.of(interface, config, checking.calibrator_db)
     finally:
         interface.close()
     for line in found.lines:

@@ -54,10 +54,10 @@ def convert_responses(
 
     A folder of WAV files needs a poses.csv; see docs/measuring.md.
     """
-    from capture.deconvolution.recordings import Excitation, read_recordings
+    from capture.deconvolution.recordings import PlayedSweep, read_recordings
 
     if excitation is not None:
-        played = Excitation(excitation, loopback, None, seconds)
+        played = PlayedSweep(excitation, loopback, None, seconds)
         dataset = read_recordings(source, played, simulated)
     else:
         dataset = _read(source, read_as, simulated)

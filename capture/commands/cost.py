@@ -1,23 +1,25 @@
 """``capture-pairs cost``: what accuracy costs in a session's own simulated room."""
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 from capture.commands.options import SessionOptions, option
 from rir.command import make_console
 
-__all__ = ["REAL", "show_cost"]
+__all__ = ["REAL", "CostOptions", "show_cost"]
 
 REAL = ("--rig", "--device", "--host-api", "--thermometer", "--overlap", "--closure")
 """Flags of real hardware and of whole sessions: one simulated pair has neither."""
 
 
-def show_cost(
-    session: SessionOptions,
-    out: Annotated[
-        Path | None, option("--out", "Folder for page and curves (cost-<room>).")
-    ] = None,
-) -> None:
+@dataclass(frozen=True)
+class CostOptions:
+    """Where the curves go."""
+
+    out: Path | None = option("Folder for page and curves (cost-<room>).")
+
+
+def show_cost(session: SessionOptions, writing: CostOptions) -> None:
     """Simulate what sweep, takes, band and float width gain."""
     from analysis.cost import write_cost_page
     from capture.cost import measure_session
@@ -25,7 +27,7 @@ def show_cost(
 
     console = make_console()
     config = session.plan()
-    folder = out or Path(f"cost-{config.room.name}")
+    folder = writing.out or Path(f"cost-{config.room.name}")
     console.out(assumed_line(config))
     curves = []
     for knob, pair in measure_session(config).items():

@@ -59,9 +59,11 @@ def deconvolve_sweep(
 
     Several sweeps in one recording are found; each gives its own responses.
     """
-    from capture.deconvolution.files import Job, deconvolve_files
+    from capture.deconvolution.files import DeconvolutionJob, deconvolve_files
 
-    job = Job(recording, excitation, out, loopback, loopback_channel, band, length, pre)
+    job = DeconvolutionJob(
+        recording, excitation, out, loopback, loopback_channel, band, length, pre
+    )
     results = deconvolve_files(job)
     _tell(results, out)
     if strict and any(result.flags for result in results):
@@ -80,14 +82,14 @@ def _tell(results: Sequence[Any], out: Path) -> None:
             )
         ranges = result.figures.get("inr_db", {})
         for octave, values in ranges.items():
-            told = ", ".join(
+            shown = ", ".join(
                 "-" if value is None else f"{value:.0f}" for value in values
             )
-            console.out(f"  impulse to noise ratio at {octave} Hz: {told} dB")
-        for verdict in result.verdicts:
-            word = "FLAG" if verdict.hard else "mark"
-            console.out(f"  {word} {verdict.word}: {verdict.text}")
-        if not result.verdicts:
+            console.out(f"  impulse to noise ratio at {octave} Hz: {shown} dB")
+        for finding in result.findings:
+            word = "FLAG" if finding.hard else "mark"
+            console.out(f"  {word} {finding.word}: {finding.text}")
+        if not result.findings:
             console.out("  no flags")
     console.out(f"MEASURED responses written to {out}")
 

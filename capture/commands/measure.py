@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from datetime import date
 from functools import reduce
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -25,20 +25,12 @@ __all__ = ["RunOptions", "measure", "say_written"]
 class RunOptions:
     """How a session is run: none of it changes what is measured."""
 
-    out: Annotated[
-        Path | None,
-        option("--out", "Session folder; sessions/<room>-<date> if left out."),
-    ] = None
-    resume: Annotated[
-        bool | None,
-        option(
-            "--resume/--new", "Resume an unfinished session, or start anew; or ask."
-        ),
-    ] = None
-    yes: Annotated[
-        bool, option("--yes", "Answer yes where a rig asks to be homed.")
-    ] = False
-    plain: Annotated[bool, option("--plain", "Plain lines, no live screen.")] = False
+    out: Path | None = option("Session folder; sessions/<room>-<date> if left out.")
+    resume: bool | None = option(
+        "Resume an unfinished session, or start anew; or ask.", flag="--resume/--new"
+    )
+    yes: bool = option("Answer yes where a rig asks to be homed.", default=False)
+    plain: bool = option("Plain lines, no live screen.", default=False)
 
 
 def measure(session: SessionOptions, running: RunOptions) -> None:

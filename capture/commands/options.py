@@ -2,11 +2,11 @@
 
 import inspect
 from collections.abc import Callable, Collection, Iterator
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, field, fields, is_dataclass
 from enum import Enum, StrEnum
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, get_args, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
@@ -31,118 +31,75 @@ class Pattern(StrEnum):
     cardioid = "cardioid"
 
 
-def option(name: str, text: str, **more: Any) -> Any:
-    """Return an option whose help says the default in its own words."""
-    return typer.Option(name, help=text, show_default=False, **more)
+def option(
+    text: str, *, flag: str = "", sets: str = "", default: Any = None, **more: Any
+) -> Any:
+    """Return a field of a dataclass that is an option of a command.
+
+    Parameters
+    ----------
+    text : str
+        Its help, with the default in its own words.
+    flag : str
+        The flag, if it is not the field's name.
+    sets : str
+        The key of ``session.yaml`` that it sets.
+    default : object
+        What stands for "not given".
+    **more
+        Further settings of `typer.Option`.
+    """
+    metadata = {"text": text, "flag": flag, "sets": sets, "more": more}
+    return field(default=default, metadata=metadata)
 
 
 @dataclass(frozen=True)
 class SessionOptions:
-    """The options that describe a session.
+    """The options that describe a session."""
 
-    The text after an option is the key of ``session.yaml`` that it sets.
-    """
-
-    room: Annotated[
-        str | None,
-        option("--room", "kitchen, conference, office, or the path of a room file."),
-    ] = None
-    pairs: Annotated[
-        str | None,
-        option("--pairs", "How many pairs to draw (20), or a YAML file of pairs."),
-    ] = None
-    takes: Annotated[
-        int | None, option("--takes", "Good takes per direction (1).", min=1), "takes"
-    ] = None
-    seed: Annotated[
-        int | None, option("--seed", "Seed of everything drawn at random (0).")
-    ] = None
-    clearance: Annotated[
-        float | None,
-        option("--clearance", "Kept between places and walls or furniture [m] (0.5)."),
-    ] = None
-    apart: Annotated[
-        float | None,
-        option("--apart", "Least distance between the places of a pair [m] (1)."),
-    ] = None
-    sweep_seconds: Annotated[
-        float | None,
-        option("--sweep-seconds", "Length of the sweep [s] (8 reverberation times)."),
-        "sweep.seconds",
-    ] = None
-    sample_rate: Annotated[
-        int | None, option("--sample-rate", "Sample rate [Hz] (48000)."), "sample_rate"
-    ] = None
-    config: Annotated[
-        Path | None,
-        option("--config", "YAML with any part of a session.yaml; options override."),
-    ] = None
-    rig: Annotated[
-        str | None,
-        option("--rig", "simulated, manual (a person), or a rig file."),
-        "rig",
-    ] = None
-    device: Annotated[
-        str | None,
-        option("--device", "Audio device: measure for real."),
-        "device.name",
-    ] = None
-    host_api: Annotated[
-        str | None,
-        option("--host-api", "Its host API, where several have a device of this name."),
-        "device.host_api",
-    ] = None
-    inputs: Annotated[
-        str | None, option("--inputs", "Microphone inputs, from 1: 1 or 1,3 (1).")
-    ] = None
-    loopback: Annotated[
-        int | None, option("--loopback", "Loopback input, 0 for none (2).", min=0)
-    ] = None
-    outputs: Annotated[
-        str | None, option("--outputs", "Loudspeaker outputs, from 1: 1 or 1,2 (1).")
-    ] = None
-    loopback_output: Annotated[
-        int | None,
-        option("--loopback-output", "Output that feeds the loopback alone.", min=1),
-    ] = None
-    overlap: Annotated[
-        bool,
-        option("--overlap", "Let the sweeps of all loudspeakers share a take."),
-        "overlap",
-    ] = False
-    thermometer: Annotated[
-        str | None,
-        option("--thermometer", "File whose last line is the temperature, or ask."),
-        "thermometer",
-    ] = None
-    closure: Annotated[
-        bool,
-        option("--closure", "Repeat the first direction at the end."),
-        "closure",
-    ] = False
-    noise_db: Annotated[
-        float | None,
-        option(
-            "--noise-db",
-            "Simulated room noise [dB re the sweep's direct sound at 1 m].",
-        ),
-        "simulation.noise_db",
-    ] = None
-    loudspeaker: Annotated[
-        Pattern | None,
-        option("--loudspeaker", "Directivity of the simulated loudspeaker (omni)."),
-        "simulation.loudspeaker",
-    ] = None
-    placement_mm: Annotated[
-        float | None,
-        option("--placement-mm", "Simulated placing error per axis [mm rms]."),
-        "simulation.placement_mm",
-    ] = None
-    measured: Annotated[
-        Path | None,
-        option("--measured", "Simulate with the responses of this data set."),
-        "simulation.measured",
-    ] = None
+    room: str | None = option("kitchen, conference, office, or a room file.")
+    pairs: str | None = option("How many pairs to draw (20), or a YAML file of pairs.")
+    takes: int | None = option("Good takes per direction (1).", sets="takes", min=1)
+    seed: int | None = option("Seed of everything drawn at random (0).")
+    clearance: float | None = option("Kept to walls and furniture [m] (0.5).")
+    apart: float | None = option("Least distance within a pair [m] (1).")
+    sweep_seconds: float | None = option(
+        "Length of the sweep [s] (8 reverberation times).", sets="sweep.seconds"
+    )
+    sample_rate: int | None = option("Sample rate [Hz] (48000).", sets="sample_rate")
+    config: Path | None = option("YAML with any part of a session.yaml to start from.")
+    rig: str | None = option("simulated, manual (a person), or a rig file.", sets="rig")
+    device: str | None = option("Audio device: measure for real.", sets="device.name")
+    host_api: str | None = option(
+        "Its host API, where several know the name.", sets="device.host_api"
+    )
+    inputs: str | None = option("Microphone inputs, from 1: 1 or 1,3 (1).")
+    loopback: int | None = option("Loopback input, 0 for none (2).", min=0)
+    outputs: str | None = option("Loudspeaker outputs, from 1: 1 or 1,2 (1).")
+    loopback_output: int | None = option("Output that feeds the loopback.", min=1)
+    overlap: bool = option(
+        "Let all loudspeakers' sweeps share a take.", sets="overlap", default=False
+    )
+    thermometer: str | None = option(
+        "File whose last line is the temperature, or ask.", sets="thermometer"
+    )
+    closure: bool = option(
+        "Repeat the first direction at the end.", sets="closure", default=False
+    )
+    noise_db: float | None = option(
+        "Simulated room noise [dB re the sweep's direct sound at 1 m].",
+        sets="simulation.noise_db",
+    )
+    loudspeaker: Pattern | None = option(
+        "Directivity of the simulated loudspeaker (omni).",
+        sets="simulation.loudspeaker",
+    )
+    placement_mm: float | None = option(
+        "Simulated placing error per axis [mm rms].", sets="simulation.placement_mm"
+    )
+    measured: Path | None = option(
+        "Simulate with the responses of this data set.", sets="simulation.measured"
+    )
 
     def settings(self) -> dict[str, Any]:
         """Return the parts of ``session.yaml`` that the options set."""
@@ -163,10 +120,9 @@ class SessionOptions:
 
     def keys_set(self) -> Iterator[tuple[str, Any]]:
         """Yield the keys of ``session.yaml`` that the options set, with the values."""
-        hints = get_type_hints(type(self), include_extras=True)
-        for field in fields(self):
-            value, key = getattr(self, field.name), get_args(hints[field.name])[-1]
-            if value != field.default and isinstance(key, str):
+        for each in fields(self):
+            value, key = getattr(self, each.name), each.metadata["sets"]
+            if key and value != each.default:
                 value = str(value) if isinstance(value, Path) else value
                 yield key, value.value if isinstance(value, Enum) else value
 
@@ -231,9 +187,9 @@ def given(options: Any) -> list[str]:
     ['--room', '--overlap']
     """
     return [
-        "--new" if value is False else flag_of(field.name)
-        for field in fields(options)
-        if (value := getattr(options, field.name)) != field.default
+        "--new" if value is False else flag_of(each.name)
+        for each in fields(options)
+        if (value := getattr(options, each.name)) != each.default
     ]
 
 
@@ -249,24 +205,14 @@ def with_options(
     without : collection of str
         Flags that make no sense for this command: it does not offer them.
     """
-    signature = inspect.signature(function)
-    keyword = inspect.Parameter.KEYWORD_ONLY
     groups: dict[str, Any] = {}
     flat: list[inspect.Parameter] = []
-    for name, parameter in signature.parameters.items():
-        kind = parameter.annotation
-        if not is_dataclass(kind):
-            flat.append(parameter.replace(kind=keyword))
-            continue
-        groups[name] = kind
-        hints = get_type_hints(kind, include_extras=True)
-        flat += [
-            inspect.Parameter(
-                field.name, keyword, default=field.default, annotation=hints[field.name]
-            )
-            for field in fields(kind)
-            if flag_of(field.name) not in without
-        ]
+    for name, parameter in inspect.signature(function).parameters.items():
+        if is_dataclass(parameter.annotation):
+            groups[name] = parameter.annotation
+            flat += _parameters(parameter.annotation, without)
+        else:
+            flat.append(parameter.replace(kind=parameter.KEYWORD_ONLY))
 
     @wraps(function)
     def command(**values: Any) -> None:
@@ -285,6 +231,26 @@ def with_options(
     command.__signature__ = inspect.Signature(flat)  # type: ignore[attr-defined]
     command.__annotations__ = {}
     return command
+
+
+def _parameters(group: Any, without: Collection[str]) -> Iterator[inspect.Parameter]:
+    hints = get_type_hints(group)
+    for each in fields(group):
+        flag, about = flag_of(each.name), each.metadata
+        if flag not in without:
+            shown = typer.Option(
+                about["flag"] or flag,
+                help=about["text"] or None,
+                hidden=not about["text"],
+                show_default=False,
+                **about["more"],
+            )
+            yield inspect.Parameter(
+                each.name,
+                inspect.Parameter.KEYWORD_ONLY,
+                default=each.default,
+                annotation=Annotated[hints[each.name], shown],
+            )
 
 
 def flag_of(name: str) -> str:

@@ -38,7 +38,7 @@ def _overlap_line(config: "SessionConfig") -> str:
     """Return what overlapping the loudspeakers' sweeps saves, and what it costs."""
     from capture.operator.display import time_text
     from capture.plan import build_plan
-    from capture.session.take import session_sweep
+    from capture.session.take_judge import session_sweep
 
     both = [config.model_copy(update={"overlap": on}) for on in (False, True)]
     one, other = (build_plan(each).seconds() for each in both)

@@ -4,6 +4,6 @@ Played in the session's own simulated room, because only there the truth is know
 """
 
 from capture.cost.measure import measure_session
-from capture.cost.trials import Trial, imperfect, trials_of
+from capture.cost.trials import CostTrial, imperfect, trials_of
 
-__all__ = ["Trial", "imperfect", "measure_session", "trials_of"]
+__all__ = ["CostTrial", "imperfect", "measure_session", "trials_of"]

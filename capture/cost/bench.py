@@ -8,19 +8,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from capture.checks.finding import Limits
-from capture.checks.run import examine
-from capture.config import SessionConfig, Simulation
-from capture.cost.trials import Trial
+from capture.checks.finding import TakeLimits
+from capture.checks.run import check_take
+from capture.config import SessionConfig, SimulationConfig
+from capture.cost.trials import CostTrial
 from capture.devices.placement import PlacedWorld
 from capture.devices.stage import build_world
-from capture.interfaces import INTERFACES, Surroundings
+from capture.interfaces import INTERFACES, InterfaceSurroundings
 from capture.interfaces.loudspeaker import loudspeaker_gain
 from capture.plan import build_plan
-from capture.session.take import Examiner
-from capture.signal.reference import Reference, refer
+from capture.session.take_judge import TakeJudge
+from capture.signal.reference import SweepReference, refer
 
-__all__ = ["Bench", "Outcome", "divide", "misalignment", "noise_ratio", "store"]
+__all__ = ["CostBench", "Outcome", "divide", "misalignment", "noise_ratio", "store"]
 
 FloatArray = NDArray[np.float64]
 LOWEST_HZ, HIGHEST_HZ = 125.0, 8000.0
@@ -46,7 +46,7 @@ class Outcome:
     cpu_s: float
 
 
-class Bench:
+class CostBench:
     """The first pair of a session, its devices in place.
 
     Parameters
@@ -64,36 +64,38 @@ class Bench:
         move = build_plan(config).moves[0]
         self._world.place_emitter(move.emitter)
         self._world.place_listener(move.listener)
-        simulation = config.simulation or Simulation()
+        simulation = config.simulation or SimulationConfig()
         self._truth = self._world.responses()[0]
         if simulation.loudspeaker_response:
             self._truth = _heard_through(self._truth, config.sample_rate)
 
-    def run(self, trial: Trial, rng: np.random.Generator) -> Outcome:
+    def run(self, trial: CostTrial, rng: np.random.Generator) -> Outcome:
         """Record the takes of a trial and deconvolve their mean."""
-        examiner = Examiner(trial.config)
-        recorded = self._record(examiner, trial, int(rng.integers(2**31)))
+        judge = TakeJudge(trial.config)
+        recorded = self._record(judge, trial, int(rng.integers(2**31)))
         samples = store(recorded, trial.word)
         begin = self._clock()
-        grid = examiner.grid(samples.shape[-1])
+        grid = judge.grid(samples.shape[-1])
         reference = refer(grid, samples[-1].astype(float))
         response = divide(samples[0], reference, trial.word)
         spent = self._clock() - begin
-        found = examine(samples[:1], reference, None, None, Limits())
+        found = check_take(samples[:1], reference, None, None, TakeLimits())
         error = misalignment(
             response,
-            np.pad(self._truth, (examiner.pre, 0)),
+            np.pad(self._truth, (judge.pre, 0)),
             trial.config.sample_rate,
             trial.config.sweep.band_hz,
         )
         return Outcome(error, noise_ratio(found.figures["inr_db"]), spent)
 
-    def _record(self, examiner: Examiner, trial: Trial, seed: int) -> FloatArray:
+    def _record(self, judge: TakeJudge, trial: CostTrial, seed: int) -> FloatArray:
         seeded = trial.config.model_copy(update={"seed": seed})
-        interface = INTERFACES["simulated"].open(seeded, Surroundings(self._world))
-        n = examiner.signal.shape[-1]
+        interface = INTERFACES["simulated"].open(
+            seeded, InterfaceSurroundings(self._world)
+        )
+        n = judge.signal.shape[-1]
         takes = [
-            interface.play_record(examiner.signal, n, label=f"cost_{number}").samples
+            interface.play_record(judge.signal, n, label=f"cost_{number}").samples
             for number in range(trial.takes)
         ]
         interface.close()
@@ -125,7 +127,7 @@ def store(samples: FloatArray, word: int) -> NDArray[Any]:
     return np.rint(samples / step) * step
 
 
-def divide(samples: NDArray[Any], reference: Reference, word: int) -> FloatArray:
+def divide(samples: NDArray[Any], reference: SweepReference, word: int) -> FloatArray:
     """Deconvolve one channel with transforms of a word length, no checks made."""
     fft: Any = import_module("scipy.fft")
     grid = reference.excitation

@@ -6,8 +6,8 @@ from collections.abc import Callable
 import numpy as np
 
 from capture.config import SessionConfig
-from capture.cost.bench import Bench, Outcome
-from capture.cost.trials import Trial, imperfect, trials_of
+from capture.cost.bench import CostBench, Outcome
+from capture.cost.trials import CostTrial, imperfect, trials_of
 from rir.cost import CostCurve, measure_costs
 
 __all__ = ["ERROR", "NOISE", "measure_session"]
@@ -45,7 +45,7 @@ def measure_session(
         float width, of computing one take.
     """
     real = imperfect(config)
-    bench = Bench(real, clock)
+    bench = CostBench(real, clock)
     curves = {}
     for knob, trials in trials_of(real).items():
         computed = knob == COMPUTED
@@ -67,11 +67,11 @@ def measure_session(
     return curves
 
 
-def _computing(trial: Trial, outcome: Outcome) -> float:
+def _computing(trial: CostTrial, outcome: Outcome) -> float:
     del trial
     return outcome.cpu_s
 
 
-def _measuring(trial: Trial, outcome: Outcome) -> float:
+def _measuring(trial: CostTrial, outcome: Outcome) -> float:
     del outcome
     return trial.seconds

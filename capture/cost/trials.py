@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from capture.config import SessionConfig, Simulation
+from capture.config import SessionConfig, SimulationConfig
 from capture.plan import build_plan
 
-__all__ = ["ASSUMED", "Trial", "imperfect", "trials_of"]
+__all__ = ["ASSUMED", "CostTrial", "imperfect", "trials_of"]
 
 ASSUMED = {
     "noise_db": -40.0,
@@ -26,7 +26,7 @@ WORDS = {"16 bit": 16, "24 bit": 24, "float32": 32, "float64": 64}
 
 
 @dataclass(frozen=True)
-class Trial:
+class CostTrial:
     """One setting of one knob.
 
     Attributes
@@ -58,7 +58,7 @@ def imperfect(config: SessionConfig) -> SessionConfig:
 
     What its own simulation sets stays; for the rest `ASSUMED` stands in.
     """
-    chosen = config.simulation or Simulation()
+    chosen = config.simulation or SimulationConfig()
     missing = {k: v for k, v in ASSUMED.items() if getattr(chosen, k) is None}
     change: dict[str, Any] = {
         "simulation": chosen.model_copy(update=missing),
@@ -70,26 +70,28 @@ def imperfect(config: SessionConfig) -> SessionConfig:
     return config.model_copy(update=change)
 
 
-def trials_of(config: SessionConfig) -> dict[str, list[Trial]]:
+def trials_of(config: SessionConfig) -> dict[str, list[CostTrial]]:
     """Return the knobs of a session, each with the settings to try.
 
     Sweep length; takes averaged; band, at the same seconds per octave; float width.
     """
     return {
         "sweep length": list(_lengths(config)),
-        "repeats": [Trial(f"{takes}", config, takes) for takes in REPEATS],
+        "repeats": [CostTrial(f"{takes}", config, takes) for takes in REPEATS],
         "band": list(_bands(config)),
-        "float width": [Trial(name, config, word=word) for name, word in WORDS.items()],
+        "float width": [
+            CostTrial(name, config, word=word) for name, word in WORDS.items()
+        ],
     }
 
 
-def _lengths(config: SessionConfig) -> Iterator[Trial]:
+def _lengths(config: SessionConfig) -> Iterator[CostTrial]:
     for share in SHARES:
         changed = _swept(config, share)
-        yield Trial(f"{changed.sweep.seconds:.3g} s", changed)
+        yield CostTrial(f"{changed.sweep.seconds:.3g} s", changed)
 
 
-def _bands(config: SessionConfig) -> Iterator[Trial]:
+def _bands(config: SessionConfig) -> Iterator[CostTrial]:
     low, high = config.sweep.band_hz
     for octaves in NARROWER:
         bottom = max(low * 2.0**octaves, LOWEST_HZ)
@@ -98,7 +100,7 @@ def _bands(config: SessionConfig) -> Iterator[Trial]:
             continue
         share = float(np.log2(top / bottom) / np.log2(high / low))
         name = f"{bottom:.0f}–{top:.0f} Hz"
-        yield Trial(name, _swept(config, share, band_hz=(bottom, top)))
+        yield CostTrial(name, _swept(config, share, band_hz=(bottom, top)))
 
 
 def _swept(config: SessionConfig, share: float, **change: Any) -> SessionConfig:

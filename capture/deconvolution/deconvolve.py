@@ -1,4 +1,4 @@
-"""From recording and excitation to impulse responses with a verdict."""
+"""From recording and excitation to impulse responses with a finding."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from capture.checks.finding import Limits, Verdict
+from capture.checks.finding import Finding, TakeLimits
 from capture.deconvolution.takes import combine
 from capture.signal.arrangement import arrange, as_float
 from capture.signal.excitation import Excitation
-from capture.signal.reference import Reference, refer
+from capture.signal.reference import SweepReference, refer
 from rir.errors import SignalError
 
 __all__ = ["Deconvolution", "deconvolve"]
@@ -41,7 +41,7 @@ class Deconvolution:
         How much faster the recording runs through the excitation than it was
         played, in parts per million; the response is corrected for it. NaN without
         a loopback.
-    verdicts : tuple of Verdict
+    findings : tuple of Finding
         All that the checks found.
     figures : dict
         Every number the checks found, ready for JSON.
@@ -56,7 +56,7 @@ class Deconvolution:
     pre: int
     latency: float = np.nan
     drift_ppm: float = np.nan
-    verdicts: tuple[Verdict, ...] = ()
+    findings: tuple[Finding, ...] = ()
     figures: dict[str, Any] = field(default_factory=dict)
     takes: tuple["Deconvolution", ...] = ()
     accepted: tuple[bool, ...] = ()
@@ -64,21 +64,21 @@ class Deconvolution:
     @property
     def flags(self) -> tuple[str, ...]:
         """Words of hard faults: do not trust this response, take it again."""
-        return _words(verdict for verdict in self.verdicts if verdict.hard)
+        return _words(finding for finding in self.findings if finding.hard)
 
     @property
     def marks(self) -> tuple[str, ...]:
         """Words of what was noticed and does no harm, or was corrected."""
-        return _words(verdict for verdict in self.verdicts if not verdict.hard)
+        return _words(finding for finding in self.findings if not finding.hard)
 
     @property
     def reasons(self) -> tuple[str, ...]:
         """One sentence for each finding, with its figure."""
-        return tuple(verdict.text for verdict in self.verdicts)
+        return tuple(finding.text for finding in self.findings)
 
 
-def _words(verdicts: Iterable[Verdict]) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(verdict.word for verdict in verdicts))
+def _words(findings: Iterable[Finding]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(finding.word for finding in findings))
 
 
 def deconvolve(
@@ -92,7 +92,7 @@ def deconvolve(
     pre: int = 0,
     golden: NDArray[Any] | None = None,
     direct_delay: NDArray[Any] | float | None = None,
-    limits: Limits | None = None,
+    limits: TakeLimits | None = None,
     checks: bool = True,
 ) -> Deconvolution:
     """Recover impulse responses from a recorded sweep, and judge the take.
@@ -125,7 +125,7 @@ def deconvolve(
         The first good loopback of the session, to compare this one with.
     direct_delay : float or ndarray, optional
         When the direct sound should come, s, per channel.
-    limits : Limits, optional
+    limits : TakeLimits, optional
         What is tolerated.
     checks : bool
         Whether the take is judged. Without, flags, marks and figures stay empty, and
@@ -153,7 +153,7 @@ def deconvolve(
     """
     # Imported here because the checks are heavier than what most callers of this
     # module's types need.
-    from capture.checks.run import divide_only, examine
+    from capture.checks.run import check_take, divide_only
 
     arranged = arrange(recording, loopback)
     played = as_float(np.asarray(excitation)).ravel()
@@ -172,13 +172,13 @@ def deconvolve(
     gold = None if golden is None else refer(grid, _fit(golden, n))
     delays = None if direct_delay is None else np.asarray(direct_delay, dtype=float)
     results = [
-        examine(take, refer(grid, looped), gold, delays, limits or Limits())
+        check_take(take, refer(grid, looped), gold, delays, limits or TakeLimits())
         if checks
         else divide_only(take, refer(grid, looped))
         for take, looped in zip(arranged.takes, arranged.loopbacks, strict=True)
     ]
     single = [
-        _result(found.response, found.reference, found.verdicts, found.figures, pre)
+        _result(found.response, found.reference, found.findings, found.figures, pre)
         for found in results
     ]
     if arranged.several and len(single) > 1:
@@ -191,7 +191,7 @@ def deconvolve(
         pre,
         first.latency,
         first.drift_ppm,
-        first.verdicts,
+        first.findings,
         first.figures,
         takes,
         (not first.flags,) if arranged.several else (),
@@ -200,8 +200,8 @@ def deconvolve(
 
 def _result(
     response: Array,
-    reference: Reference,
-    verdicts: tuple[Verdict, ...],
+    reference: SweepReference,
+    findings: tuple[Finding, ...],
     figures: dict[str, Any],
     pre: int,
 ) -> Deconvolution:
@@ -213,7 +213,7 @@ def _result(
         pre,
         float(clock.latency),
         1e6 * clock.drift if known else np.nan,
-        verdicts,
+        findings,
         figures,
     )
 
@@ -223,12 +223,12 @@ def _combined(takes: list[Deconvolution]) -> Deconvolution:
         np.stack([take.response for take in takes]),
         [bool(take.flags) for take in takes],
     )
-    verdicts = list(result.verdicts)
+    findings = list(result.findings)
     for number, take in enumerate(takes):
         if result.accepted[number] or not result.any_clean:
-            verdicts += take.verdicts
+            findings += take.findings
         else:
-            verdicts += [verdict for verdict in take.verdicts if verdict.hard]
+            findings += [finding for finding in take.findings if finding.hard]
     kept = [take for take, used in zip(takes, result.accepted, strict=True) if used]
     figures = {
         **kept[0].figures,
@@ -241,7 +241,7 @@ def _combined(takes: list[Deconvolution]) -> Deconvolution:
         takes[0].pre,
         float(np.median([take.latency for take in kept])),
         float(np.median([take.drift_ppm for take in kept])),
-        tuple(verdicts),
+        tuple(findings),
         figures,
         tuple(takes),
         result.accepted,

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capture.deconvolution.deconvolve import Deconvolution, deconvolve
-from capture.signal.finding import find_sweeps
+from capture.signal.sweep_search import find_sweeps
 from rir.errors import SignalError
 from rir.files.audio import read_audio, write_audio
 
-__all__ = ["Job", "deconvolve_files"]
+__all__ = ["DeconvolutionJob", "deconvolve_files"]
 
 Array = NDArray[np.float64]
 
@@ -20,7 +20,7 @@ FORMATS = (".wav", ".npz", ".h5")
 
 
 @dataclass(frozen=True)
-class Job:
+class DeconvolutionJob:
     """What the command was asked to do; see its help for the fields."""
 
     recording: Path
@@ -33,7 +33,7 @@ class Job:
     pre: float = 0.0
 
 
-def deconvolve_files(job: Job) -> list[Deconvolution]:
+def deconvolve_files(job: DeconvolutionJob) -> list[Deconvolution]:
     """Read, deconvolve and write; return one result per sweep found.
 
     Raises
@@ -72,7 +72,7 @@ def deconvolve_files(job: Job) -> list[Deconvolution]:
 
 
 def _companions(
-    job: Job, recording: Array, rate: int
+    job: DeconvolutionJob, recording: Array, rate: int
 ) -> tuple[Array, Array | None, Array]:
     excitation, excitation_rate = read_audio(job.excitation)
     _same_rate(job.excitation, excitation_rate, rate)
@@ -112,7 +112,7 @@ def _channel(number: int, rows: Array, path: Path) -> int:
     return number - 1
 
 
-def _write(job: Job, results: list[Deconvolution], rate: int) -> None:
+def _write(job: DeconvolutionJob, results: list[Deconvolution], rate: int) -> None:
     shortest = min(result.response.shape[-1] for result in results)
     responses = np.stack([result.response[..., :shortest] for result in results])
     if job.out.suffix == ".wav":
@@ -136,7 +136,7 @@ def _write(job: Job, results: list[Deconvolution], rate: int) -> None:
 
 
 def _write_h5(
-    job: Job, responses: Array, rate: int, results: list[Deconvolution]
+    job: DeconvolutionJob, responses: Array, rate: int, results: list[Deconvolution]
 ) -> None:
     from rir import DatasetWriter, Pose, Poses
 

@@ -11,11 +11,11 @@ from rir.files.audio import read_audio
 from rir.files.table import is_simulated, read_about
 from rir.files.wav import POSES, columns_of, poses_of, read_poses
 
-__all__ = ["Excitation", "read_recordings"]
+__all__ = ["PlayedSweep", "read_recordings"]
 
 
 @dataclass(frozen=True)
-class Excitation:
+class PlayedSweep:
     """What was played into the recordings of a folder.
 
     Attributes
@@ -37,7 +37,7 @@ class Excitation:
 
 
 def read_recordings(
-    path: Path, excitation: Excitation, simulated: bool | None
+    path: Path, excitation: PlayedSweep, simulated: bool | None
 ) -> Dataset:
     """Deconvolve the recordings of a folder with a ``poses.csv``.
 

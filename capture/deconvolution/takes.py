@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from capture.checks.finding import Verdict
+from capture.checks.finding import Finding
 
 __all__ = ["Combination", "combine"]
 
@@ -31,7 +31,7 @@ class Combination:
         Whether a take without hard faults was there.
     distances_db : list of float
         Distance of each take from the sample-wise median, dB.
-    verdicts : list of Verdict
+    findings : list of Finding
         Which takes were left out.
     """
 
@@ -39,7 +39,7 @@ class Combination:
     accepted: tuple[bool, ...]
     any_clean: bool
     distances_db: list[float]
-    verdicts: list[Verdict]
+    findings: list[Finding]
 
 
 def combine(responses: Array, spoiled: list[bool]) -> Combination:
@@ -68,7 +68,7 @@ def combine(responses: Array, spoiled: list[bool]) -> Combination:
         accepted &= distances < max(usual + MARGIN_DB, HARMLESS_DB)
     if not np.any(accepted):
         accepted = np.ones(len(responses), dtype=bool)
-    verdicts = [
+    findings = [
         _left_out(int(number), float(distances[number]), bool(used[number]))
         for number in np.flatnonzero(~accepted)
     ]
@@ -77,7 +77,7 @@ def combine(responses: Array, spoiled: list[bool]) -> Combination:
         tuple(bool(value) for value in accepted),
         any_clean,
         [round(float(value), 1) for value in distances],
-        verdicts,
+        findings,
     )
 
 
@@ -88,11 +88,11 @@ def _distances(responses: Array, used: NDArray[Any]) -> Array:
     return 10 * np.log10(off / power + 1e-30)
 
 
-def _left_out(number: int, distance: float, clean: bool) -> Verdict:
+def _left_out(number: int, distance: float, clean: bool) -> Finding:
     why = (
         f"it lies {distance:.1f} dB from the others" if clean else "it has hard faults"
     )
-    return Verdict(
+    return Finding(
         "outlier_take",
         True,
         f"take {number + 1} was left out: {why}",

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from capture.config import SessionConfig, Simulation
+from capture.config import SessionConfig, SimulationConfig
 from capture.devices.movers import Mover, Person, RigPair
 from capture.devices.operator import Operator
 from capture.devices.placement import PlacedWorld
@@ -19,7 +19,7 @@ from capture.devices.sensors import (
     NoSensor,
     SimulatedAir,
 )
-from capture.interfaces import INTERFACES, AudioInterface, Surroundings
+from capture.interfaces import INTERFACES, AudioInterface, InterfaceSurroundings
 from rigs import (
     Carriers,
     Clock,
@@ -84,7 +84,7 @@ def set_stage(
     if config.interface == "simulated":
         world = PlacedWorld(build_world(config), config)
     clock = VirtualClock() if config.rig == "simulated" else SystemClock()
-    around = Surroundings(world, on_progress)
+    around = InterfaceSurroundings(world, on_progress)
     mover = build_mover(config, world=world, clock=clock, operator=operator, note=note)
     if mover.simulated:
         clock = VirtualClock()
@@ -203,7 +203,7 @@ def _simulated_rigs(
 
 def build_world(config: SessionConfig) -> Any:
     """Return the simulated world: a room model, or responses measured before."""
-    simulation = config.simulation or Simulation()
+    simulation = config.simulation or SimulationConfig()
     if simulation.measured is not None:
         from rooms.world import MeasuredWorld
 

@@ -2,44 +2,44 @@
 
 import numpy as np
 
-from capture.faults.table import FAULTS, Fault, FaultKind, FloatArray, Scene
+from capture.faults.table import FAULTS, FaultKind, FaultScene, FloatArray, TakeFault
 from rir import InterfaceError
 
 __all__: list[str] = []
 
 
-def _ratio(fault: Fault) -> float:
+def _ratio(fault: TakeFault) -> float:
     return float(10 ** (fault.amount / 20))
 
 
-def _gain(samples: FloatArray, fault: Fault, scene: Scene) -> FloatArray:
+def _gain(samples: FloatArray, fault: TakeFault, scene: FaultScene) -> FloatArray:
     del scene
     return samples * _ratio(fault)
 
 
-def _clip(samples: FloatArray, fault: Fault, scene: Scene) -> FloatArray:
+def _clip(samples: FloatArray, fault: TakeFault, scene: FaultScene) -> FloatArray:
     del scene
     ceiling = np.abs(samples).max(axis=-1, keepdims=True) / _ratio(fault)
     return np.clip(samples, -ceiling, ceiling)
 
 
-def _distortion(samples: FloatArray, fault: Fault, scene: Scene) -> FloatArray:
+def _distortion(samples: FloatArray, fault: TakeFault, scene: FaultScene) -> FloatArray:
     del scene
     peak = np.abs(samples).max(axis=-1, keepdims=True)
     bent = samples**2 / np.where(peak > 0, peak, 1.0)
     return samples + 2 * _ratio(fault) * (bent - bent.mean(axis=-1, keepdims=True))
 
 
-def _crosstalk(samples: FloatArray, fault: Fault, scene: Scene) -> FloatArray:
+def _crosstalk(samples: FloatArray, fault: TakeFault, scene: FaultScene) -> FloatArray:
     return samples + _ratio(fault) * scene.played
 
 
-def _dc(samples: FloatArray, fault: Fault, scene: Scene) -> FloatArray:
+def _dc(samples: FloatArray, fault: TakeFault, scene: FaultScene) -> FloatArray:
     del scene
     return samples + _ratio(fault)
 
 
-def _hum(samples: FloatArray, fault: Fault, scene: Scene) -> FloatArray:
+def _hum(samples: FloatArray, fault: TakeFault, scene: FaultScene) -> FloatArray:
     times = np.arange(samples.shape[-1]) / scene.sample_rate
     hum = np.zeros_like(times)
     for order, level in ((1, 1.0), (2, 0.5), (3, 0.3)):
@@ -48,23 +48,23 @@ def _hum(samples: FloatArray, fault: Fault, scene: Scene) -> FloatArray:
     return samples + _ratio(fault) * hum
 
 
-def _polarity(samples: FloatArray, fault: Fault, scene: Scene) -> FloatArray:
+def _polarity(samples: FloatArray, fault: TakeFault, scene: FaultScene) -> FloatArray:
     del fault, scene
     return -samples
 
 
-def _swapped(samples: FloatArray, fault: Fault, scene: Scene) -> FloatArray:
+def _swapped(samples: FloatArray, fault: TakeFault, scene: FaultScene) -> FloatArray:
     del fault, scene
     return samples[::-1]
 
 
-def _automatic_gain(samples: FloatArray, fault: Fault, scene: Scene) -> FloatArray:
+def _agc(samples: FloatArray, fault: TakeFault, scene: FaultScene) -> FloatArray:
     times = np.arange(samples.shape[-1]) / scene.sample_rate
     slope = np.clip((times - fault.at_s) / 1.0, 0.0, 1.0)
     return samples * 10 ** (fault.amount * slope / 20)
 
 
-def _vanish(samples: FloatArray, fault: Fault, scene: Scene) -> FloatArray:
+def _vanish(samples: FloatArray, fault: TakeFault, scene: FaultScene) -> FloatArray:
     del samples, scene
     raise InterfaceError(
         f"the audio device vanished {fault.at_s:g} s into the take; connect it again"
@@ -79,5 +79,5 @@ FAULTS.add("dc")(FaultKind("a constant offset (dBFS)", _dc))
 FAULTS.add("hum")(FaultKind("50, 100 and 150 Hz (dBFS of 50 Hz)", _hum))
 FAULTS.add("polarity")(FaultKind("inverted (-)", _polarity))
 FAULTS.add("swapped")(FaultKind("channels in reverse order (-)", _swapped))
-FAULTS.add("agc")(FaultKind("the gain creeps for a second (dB)", _automatic_gain))
+FAULTS.add("agc")(FaultKind("the gain creeps for a second (dB)", _agc))
 FAULTS.add("vanish")(FaultKind("the device goes away (-)", _vanish))

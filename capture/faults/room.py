@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from capture.faults.table import FAULTS, Fault, FaultKind, FloatArray, Scene
+from capture.faults.table import FAULTS, FaultKind, FaultScene, FloatArray, TakeFault
 
 __all__: list[str] = []
 
@@ -13,17 +13,17 @@ KNOCK_S = 0.15
 KNOCK_DECAY_S = 0.03
 
 
-def _level(fault: Fault, scene: Scene) -> float:
+def _level(fault: TakeFault, scene: FaultScene) -> float:
     """Return a root mean square given in dB re the sweep."""
     return float(scene.level * 10 ** (fault.amount / 20))
 
 
-def _white(samples: FloatArray, fault: Fault, scene: Scene) -> FloatArray:
+def _white(samples: FloatArray, fault: TakeFault, scene: FaultScene) -> FloatArray:
     noise = scene.rng.standard_normal(samples.shape)
     return samples + _level(fault, scene) * noise
 
 
-def _pink(samples: FloatArray, fault: Fault, scene: Scene) -> FloatArray:
+def _pink(samples: FloatArray, fault: TakeFault, scene: FaultScene) -> FloatArray:
     fft: Any = import_module("scipy.fft")
     n = fft.next_fast_len(samples.shape[-1], real=True)
     frequencies = fft.rfftfreq(n, 1 / scene.sample_rate)
@@ -35,7 +35,7 @@ def _pink(samples: FloatArray, fault: Fault, scene: Scene) -> FloatArray:
     return samples + _level(fault, scene) * noise
 
 
-def _knock(samples: FloatArray, fault: Fault, scene: Scene) -> FloatArray:
+def _knock(samples: FloatArray, fault: TakeFault, scene: FaultScene) -> FloatArray:
     count = round(KNOCK_S * scene.sample_rate)
     times = np.arange(count) / scene.sample_rate
     knock = scene.rng.standard_normal(count) * np.exp(-times / KNOCK_DECAY_S)

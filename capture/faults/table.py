@@ -12,13 +12,13 @@ from capture.signal.randomness import take_rng
 from rir import Registry
 from rir.config import Config
 
-__all__ = ["FAULTS", "Fault", "FaultKind", "Scene", "spoil"]
+__all__ = ["FAULTS", "FaultKind", "FaultScene", "TakeFault", "spoil"]
 
 FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class FaultScene:
     """What a fault may need to know of the take it spoils.
 
     Attributes
@@ -39,7 +39,7 @@ class Scene:
     rng: np.random.Generator
 
 
-class Fault(Config):
+class TakeFault(Config):
     """One fault of some takes.
 
     Attributes
@@ -88,7 +88,7 @@ class FaultKind:
     """
 
     about: str
-    apply: Callable[[FloatArray, Fault, Scene], FloatArray]
+    apply: Callable[[FloatArray, TakeFault, FaultScene], FloatArray]
 
 
 FAULTS: Registry[FaultKind] = Registry("fault")
@@ -96,7 +96,7 @@ FAULTS: Registry[FaultKind] = Registry("fault")
 
 def spoil(
     samples: FloatArray,
-    faults: Iterable[Fault],
+    faults: Iterable[TakeFault],
     *,
     take: str,
     seed: int,
@@ -110,21 +110,21 @@ def spoil(
     ----------
     samples : ndarray, shape (channels, n_samples)
         The clean take.
-    faults : iterable of Fault
+    faults : iterable of TakeFault
         What may go wrong.
     take : str
         Name of the take: decides which faults hit it, and with `seed` how.
     seed : int
         Seed of the session.
     sample_rate, played, level
-        See `Scene`.
+        See `FaultScene`.
     """
     spoiled = samples.copy()
     for number, fault in enumerate(faults):
         if fault.kind == "drift" or not fault.hits(take):
             continue
         rng = take_rng(seed, f"fault {number} {take}")
-        scene = Scene(sample_rate, played, level, rng)
+        scene = FaultScene(sample_rate, played, level, rng)
         rows = slice(None) if fault.channel is None else [fault.channel]
         spoiled[rows] = FAULTS[fault.kind].apply(spoiled[rows], fault, scene)
     return spoiled

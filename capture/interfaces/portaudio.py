@@ -11,7 +11,7 @@ from capture.config import SessionConfig
 from capture.interfaces.process import AudioProcess
 from capture.interfaces.protocol import Recording
 from capture.interfaces.stream import DeviceRow, StreamSettings
-from capture.interfaces.table import INTERFACES, InterfaceKind, Surroundings
+from capture.interfaces.table import INTERFACES, InterfaceKind, InterfaceSurroundings
 from rir import InterfaceError
 
 __all__ = ["PortAudioInterface", "find_devices"]
@@ -26,8 +26,6 @@ class PortAudioInterface:
         Device, rate and channels.
     loopback : int or None
         Which of the recorded channels is the loopback (from 0).
-    loopback_output : int or None
-        An output that always plays the signal too, to feed the loopback input.
     stall_s : float
         Longest time without samples before a take is given up [s].
     on_progress : callable, optional
@@ -102,7 +100,7 @@ def find_devices() -> list[DeviceRow]:
         process.close()
 
 
-def _open(config: SessionConfig, around: Surroundings) -> PortAudioInterface:
+def _open(config: SessionConfig, around: InterfaceSurroundings) -> PortAudioInterface:
     if config.device is None:
         raise InterfaceError(
             "name the audio device (--device); capture-pairs devices shows them"

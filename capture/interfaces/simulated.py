@@ -6,14 +6,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from capture.config import SessionConfig, Simulation
+from capture.config import SessionConfig, SimulationConfig
 from capture.faults import spoil
 from capture.interfaces.loudspeaker import drive, loudspeaker_gain
 from capture.interfaces.protocol import Recording
 from capture.interfaces.table import (
     INTERFACES,
     InterfaceKind,
-    Surroundings,
+    InterfaceSurroundings,
     WorldView,
 )
 from capture.signal.randomness import take_rng
@@ -35,7 +35,7 @@ class SimulatedInterface:
     ----------
     world : WorldView
         The room; its emitter and listeners are placed by the rigs.
-    simulation : Simulation
+    simulation : SimulationConfig
         What is added to the world's own responses.
     sample_rate : int
         Rate [Hz]; the world's own.
@@ -52,7 +52,7 @@ class SimulatedInterface:
     def __init__(
         self,
         world: WorldView,
-        simulation: Simulation,
+        simulation: SimulationConfig,
         *,
         sample_rate: int,
         seed: int = 0,
@@ -140,7 +140,7 @@ class _Driven:
         signal: FloatArray,
         n_samples: int,
         tail: int,
-        simulation: Simulation,
+        simulation: SimulationConfig,
         sample_rate: int,
     ) -> None:
         fft: Any = import_module("scipy.fft")
@@ -196,7 +196,7 @@ GUARD = 4096
 """Room for the ringing of a fractional delay, so that it does not wrap round."""
 
 
-def _open(config: SessionConfig, around: Surroundings) -> SimulatedInterface:
+def _open(config: SessionConfig, around: InterfaceSurroundings) -> SimulatedInterface:
     if around.world is None or config.simulation is None:
         raise InterfaceError(
             "the simulated interface needs a simulated world; "

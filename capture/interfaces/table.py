@@ -11,7 +11,7 @@ from capture.config import SessionConfig
 from capture.interfaces.protocol import AudioInterface
 from rir import Registry
 
-__all__ = ["INTERFACES", "InterfaceKind", "Surroundings", "WorldView"]
+__all__ = ["INTERFACES", "InterfaceKind", "InterfaceSurroundings", "WorldView"]
 
 
 @runtime_checkable
@@ -24,7 +24,7 @@ class WorldView(Protocol):
 
 
 @dataclass(frozen=True)
-class Surroundings:
+class InterfaceSurroundings:
     """What an interface may need from the program around it."""
 
     world: WorldView | None = None
@@ -39,7 +39,7 @@ class InterfaceKind:
 
     about: str
     """One line for the lists."""
-    open: Callable[[SessionConfig, Surroundings], AudioInterface]
+    open: Callable[[SessionConfig, InterfaceSurroundings], AudioInterface]
     """Opens it for a session."""
 
 

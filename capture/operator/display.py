@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from capture.plan import Measure, Move, Plan
+from capture.plan import Measure, Move, SessionPlan
 from capture.session.journal import Event
 from rir import SessionError
 
@@ -207,7 +207,7 @@ class PlainDisplay:
     def progress(self, samples: int, sample_rate: int) -> None:
         """Take note of how many samples of a take are recorded."""
 
-    def start(self, plan: Plan) -> None:
+    def start(self, plan: SessionPlan) -> None:
         """Begin to show progress."""
         self._plan = plan
         with_rig = " with a rig" if self.simulated else ""
@@ -222,5 +222,4 @@ class PlainDisplay:
     def __enter__(self) -> "PlainDisplay":
         return self
 
-    def __exit__(self, *error: object) -> None:
-        pass
+    def __exit__(self, *error: object) -> None: ...

@@ -4,7 +4,7 @@ from collections import deque
 from typing import TYPE_CHECKING, Any
 
 from capture.operator.display import PlainDisplay, pair_line, take_line, time_text
-from capture.plan import Move, Plan, Wait
+from capture.plan import Move, SessionPlan, Wait
 from capture.session.journal import Event
 
 if TYPE_CHECKING:
@@ -102,7 +102,7 @@ class LiveScreen(PlainDisplay):
         else:
             super().say(text, style)
 
-    def start(self, plan: Plan) -> None:
+    def start(self, plan: SessionPlan) -> None:
         """Show the screen."""
         self._plan = plan
         for step in plan.measures:

@@ -12,7 +12,7 @@ from capture.plan import Measure, build_plan
 from capture.session.folder import SessionFolder, file_sha256
 from capture.session.journal import read_journal
 from capture.session.state import SessionState, TakeState
-from capture.session.take import Examiner, take_poses
+from capture.session.take_judge import TakeJudge, take_poses
 from capture.signal.calibration import read_microphone_file
 from rir import DatasetWriter, GainPattern, Poses, SessionError, SignalError
 
@@ -49,11 +49,11 @@ def build_dataset(folder: SessionFolder) -> Path:
     takes = list(_usable_takes(folder, config, state))
     if not takes:
         raise SessionError(f"{folder.path} has no good take yet; run the session first")
-    examiner = Examiner(config)
-    with _writer(folder, config, examiner, state) as writer:
+    take_judge = TakeJudge(config)
+    with _writer(folder, config, take_judge, state) as writer:
         rows = Rows(writer)
         for measure, take in takes:
-            _append(rows, folder, examiner, state, measure, take)
+            _append(rows, folder, take_judge, state, measure, take)
         rows.flush()
     return folder.dataset_path
 
@@ -134,7 +134,7 @@ def lost_takes(folder: SessionFolder, state: SessionState) -> dict[str, str]:
 def _writer(
     folder: SessionFolder,
     config: SessionConfig,
-    examiner: Examiner,
+    take_judge: TakeJudge,
     state: SessionState,
 ) -> DatasetWriter:
     simulation = config.simulation if config.simulated else None
@@ -146,22 +146,22 @@ def _writer(
     return DatasetWriter(
         folder.dataset_path,
         sample_rate=config.sample_rate,
-        n_samples=examiner.length,
+        n_samples=take_judge.length,
         simulated=config.simulated or about.get("simulated", False),
-        pre=examiner.pre,
+        pre=take_judge.pre,
         dtype="float64" if simulation and simulation.exact else "float32",
         session=folder.path.resolve().name,
         room=config.room,
         metadata={
             "config": config.model_dump(mode="json"),
-            "sweep": examiner.sweep.describe(),
+            "sweep": take_judge.sweep.describe(),
             "started": about,
             **({"notes": state.notes} if state.notes else {}),
         },
         created_utc=state.first.get("time", ""),
         emitter_gain=gain,
         listener_gain=GainPattern.omni() if simulation else None,
-        extras={"excitation": np.asarray(examiner.sweep), **_microphone(config)},
+        extras={"excitation": np.asarray(take_judge.sweep), **_microphone(config)},
     )
 
 
@@ -176,7 +176,7 @@ def _microphone(config: SessionConfig) -> dict[str, Any]:
 def _append(
     rows: Rows,
     folder: SessionFolder,
-    examiner: Examiner,
+    take_judge: TakeJudge,
     state: SessionState,
     measure: Measure,
     take: TakeState,
@@ -187,10 +187,10 @@ def _append(
     except SignalError as error:
         log.warning("%s left out: %s", take.name, error)
         return
-    responses = examiner.responses(samples)
-    emitters, listeners = take_poses(examiner.config, started)
+    responses = take_judge.deconvolve(samples)
+    emitters, listeners = take_poses(take_judge.config, started)
     speakers, channels = np.indices((len(emitters), len(listeners))).reshape(2, -1)
-    columns = _columns(examiner.config, measure, take, started)
+    columns = _columns(take_judge.config, measure, take, started)
     rows.add(
         responses,
         Poses.of([emitters[k] for k in speakers]),

@@ -12,12 +12,12 @@ from capture.devices.movers import Mover, Redo, RedoNow, Skip
 from capture.devices.opening import HeldInterface
 from capture.devices.sensors import AirSensor, NoSensor
 from capture.interfaces import AudioInterface, Recording
-from capture.plan import Measure, Move, Plan, Step, take_name
+from capture.plan import Measure, Move, SessionPlan, Step, take_name
 from capture.session.folder import SessionFolder, file_sha256
-from capture.session.judging import PairJudge, reverse_key
+from capture.session.pair_judge import PairJudge, reverse_key
 from capture.session.record import SessionRecord
 from capture.session.state import SessionState
-from capture.session.take import Examiner, Verdict
+from capture.session.take_judge import TakeJudge, TakeVerdict
 from rigs.clock import Clock, SystemClock
 from rir import Environment, InterfaceError, Pose, RigError, SessionError
 
@@ -36,7 +36,7 @@ class Session:
         Where everything is written.
     config : SessionConfig
         What the session is.
-    plan : Plan
+    plan : SessionPlan
         What it does.
     record : SessionRecord
         What has been done so far; takes every event.
@@ -52,7 +52,7 @@ class Session:
 
     folder: SessionFolder
     config: SessionConfig
-    plan: Plan
+    plan: SessionPlan
     record: SessionRecord
     mover: Mover
     open_interface: Callable[[], AudioInterface]
@@ -60,8 +60,8 @@ class Session:
     clock: Clock = field(default_factory=SystemClock)
 
     def __post_init__(self) -> None:
-        self.examiner = Examiner(self.config)
-        self.judge = PairJudge(self.folder, self.examiner)
+        self.take_judge = TakeJudge(self.config)
+        self.pair_judge = PairJudge(self.folder, self.take_judge)
         self._held = HeldInterface(
             lambda: self.open_interface(),
             self.clock,
@@ -207,7 +207,7 @@ class Session:
 
     def _drop_outlier(self, step: Measure) -> None:
         """Reject the take that is unlike the others, so that it is made again."""
-        outlier = self.judge.outlier(self.state, step.key)
+        outlier = self.pair_judge.outlier(self.state, step.key)
         if outlier is not None:
             self.last_reason = outlier[1]
             self.reject(*outlier)
@@ -219,7 +219,7 @@ class Session:
         else:
             kind, other = "pair_judged", reverse_key(step)
         keys = sorted((step.key, other))
-        figures = self.judge.judge(self.state, *keys)
+        figures = self.pair_judge.judge(self.state, *keys)
         if figures is not None:
             self.record.add({"event": kind, "pair": step.pair, **figures})
             if figures["doubts"] and self.mover.doubt("; ".join(figures["doubts"])):
@@ -294,8 +294,8 @@ class Session:
         )
         with self.mover.quiet():
             return interface.play_record(
-                self.examiner.signal,
-                self.examiner.signal.shape[-1],
+                self.take_judge.signal,
+                self.take_judge.signal.shape[-1],
                 label=name,
                 output=step.loudspeaker,
             )
@@ -308,15 +308,15 @@ class Session:
             about["take"], recording.samples, recording.sample_rate
         )
         started = self.state.started[about["take"]]
-        verdict = self.examiner.examine(recording, started)
+        verdict = self.take_judge.judge(recording, started)
         if verdict.accepted:
-            self.judge.remember(
+            self.pair_judge.remember(
                 about["take"], recording.samples, verdict.response, started
             )
         return self.finished(about, path.name, verdict, recording.flags)
 
     def finished(
-        self, about: dict[str, Any], file: str, verdict: Verdict, flags: list[str]
+        self, about: dict[str, Any], file: str, verdict: TakeVerdict, flags: list[str]
     ) -> dict[str, Any]:
         """Return the event of a take whose file is on the disk."""
         return {
@@ -357,8 +357,3 @@ def pose_fields(pose: Pose) -> dict[str, Any]:
         "position_m": pose.position.tolist(),
         "orientation": pose.orientation.tolist(),
     }
-
-
-def pose_of(fields: dict[str, Any]) -> Pose:
-    """Return the pose of plain data."""
-    return Pose(fields["position_m"], fields["orientation"])

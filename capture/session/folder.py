@@ -82,14 +82,6 @@ class SessionFolder:
             )
         return load_yaml(self.config_path, SessionConfig, SESSION)
 
-    def find_raw(self, take: str) -> Path | None:
-        """Return the finished file of a take, if there is one."""
-        for suffix in (".flac", ".wav"):
-            path = self.raw_path / f"{take}{suffix}"
-            if path.exists():
-                return path
-        return None
-
     def write_raw(
         self, take: str, samples: NDArray[np.float64], sample_rate: int
     ) -> Path:

@@ -3,12 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from capture.deconvolution.takes import FEWEST_TO_JUDGE, HARMLESS_DB, MARGIN_DB
+
 __all__ = ["find_outlier", "take_distances"]
 
 FloatArray = NDArray[np.float64]
-TOLERANCE_DB = 6.0
-HARMLESS_DB = -60.0
-FEWEST = 3
 
 
 def take_distances(responses: FloatArray) -> FloatArray:
@@ -41,12 +40,12 @@ def find_outlier(responses: FloatArray) -> tuple[int, str] | None:
     responses : ndarray, shape (takes, n)
         Responses between the same places.
     """
-    if len(responses) < FEWEST:
+    if len(responses) < FEWEST_TO_JUDGE:
         return None
     distances = take_distances(responses)
     worst = int(np.argmax(distances))
     usual = float(np.median(distances))
-    limit = max(usual + TOLERANCE_DB, HARMLESS_DB)
+    limit = max(usual + MARGIN_DB, HARMLESS_DB)
     if not distances[worst] > limit:
         return None
     return worst, (

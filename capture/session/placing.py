@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from capture.config import PairConfig, PairsFile, PlaceConfig
+from capture.config import PlaceConfig, PlacePair, PlacePairsFile
 from rir import ConfigError, OutOfReachError, Pose, RoomSpec
 from rir.config import load_yaml
 
@@ -13,7 +13,7 @@ __all__ = ["draw_pairs", "load_pairs", "pair_between"]
 TRIES = 20_000
 
 
-def pair_between(name: str, a: np.ndarray, b: np.ndarray) -> PairConfig:
+def pair_between(name: str, a: np.ndarray, b: np.ndarray) -> PlacePair:
     """Return a pair whose two fronts face each other.
 
     Parameters
@@ -23,7 +23,7 @@ def pair_between(name: str, a: np.ndarray, b: np.ndarray) -> PairConfig:
     a, b : ndarray, shape (3,)
         The two places [m].
     """
-    return PairConfig(
+    return PlacePair(
         id=name,
         a=PlaceConfig.of(Pose.facing(a, b)),
         b=PlaceConfig.of(Pose.facing(b, a)),
@@ -38,7 +38,7 @@ def draw_pairs(
     clearance: float = 0.5,
     apart: float = 1.0,
     heights: tuple[float, float] = (0.9, 1.8),
-) -> list[PairConfig]:
+) -> list[PlacePair]:
     """Draw pairs of places in the free air of a room.
 
     Parameters
@@ -61,7 +61,7 @@ def draw_pairs(
     ConfigError
         If the room has no space for such pairs.
     """
-    pairs: list[PairConfig] = []
+    pairs: list[PlacePair] = []
     for _ in range(TRIES):
         if len(pairs) == count:
             return pairs
@@ -100,7 +100,7 @@ def _free(
     return True
 
 
-def load_pairs(path: Path) -> list[PairConfig]:
+def load_pairs(path: Path) -> list[PlacePair]:
     """Read pairs from a YAML file: ``pairs: [{a: [x, y, z], b: [x, y, z]}, …]``.
 
     Raises
@@ -108,7 +108,7 @@ def load_pairs(path: Path) -> list[PairConfig]:
     ConfigError
         With every mistake and its place.
     """
-    listed = load_yaml(path, PairsFile).pairs
+    listed = load_yaml(path, PlacePairsFile).pairs
     return [
         pair_between(pair.id or f"P{number:02d}", np.array(pair.a), np.array(pair.b))
         for number, pair in enumerate(listed, start=1)

@@ -59,7 +59,7 @@ def _recall_golden(session: Session) -> None:
     """Take the golden loopback from the first good take again."""
     for take in session.state.takes.values():
         if take.accepted:
-            session.examiner.set_golden(session.folder.read_raw(take.event["file"]))
+            session.take_judge.set_golden(session.folder.read_raw(take.event["file"]))
             return
 
 
@@ -77,10 +77,10 @@ def _adopt(session: Session, path: Path) -> str:
         if started is None:
             raise SignalError("the journal does not say how it was recorded")
         samples = session.folder.read_raw(f"raw/{path.name}")
-        if samples.shape[-1] != session.examiner.signal.shape[-1]:
+        if samples.shape[-1] != session.take_judge.signal.shape[-1]:
             raise SignalError("it is shorter than a take")
         recording = Recording(samples, session.config.sample_rate)
-        verdict = session.examiner.examine(recording, started)
+        verdict = session.take_judge.judge(recording, started)
     except SignalError as error:
         _set_aside(session.folder, path)
         return f"{path.name} is set aside: {error}"

@@ -11,7 +11,7 @@ from capture.config import SessionConfig
 from capture.devices.movers import Mover
 from capture.devices.operator import ConsentingOperator
 from capture.devices.stage import set_stage
-from capture.plan import Plan, build_plan
+from capture.plan import SessionPlan, build_plan
 from capture.session.dataset import build_dataset
 from capture.session.display import Display, NoDisplay
 from capture.session.engine import Session
@@ -30,7 +30,7 @@ def utc_now() -> str:
     return datetime.now(UTC).isoformat(timespec="milliseconds")
 
 
-def check_plan(config: SessionConfig, mover: Mover) -> Plan:
+def check_plan(config: SessionConfig, mover: Mover) -> SessionPlan:
     """Return the plan of a session after asking the movers about every pose.
 
     Raises

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from capture.devices.movers import MENDED
-from capture.plan import Measure, Plan
+from capture.plan import Measure, SessionPlan
 from capture.session.journal import Event
 
 __all__ = ["SessionState", "TakeState"]
@@ -108,6 +108,6 @@ class SessionState:
         """Return how many good takes a measure still needs."""
         return max(0, measure.takes - len(self.accepted(measure.key)))
 
-    def done(self, plan: Plan) -> set[str]:
+    def done(self, plan: SessionPlan) -> set[str]:
         """Return the keys of the measures that need nothing more."""
         return {step.key for step in plan.measures if not self.missing(step)}

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from capture.signal.excitation import Excitation
 
-__all__ = ["Clock", "fit_clock", "nominal_clock"]
+__all__ = ["UNKNOWN_CLOCK", "RecorderClock", "fit_clock"]
 
 Array = NDArray[np.float64]
 
@@ -23,7 +23,7 @@ SMALLEST_DRIFT = 2e-8
 
 
 @dataclass(frozen=True)
-class Clock:
+class RecorderClock:
     """How a recorder's time runs against the player's.
 
     A signal x of the player is recorded as ``x((1 + drift) (t - latency))``.
@@ -55,12 +55,11 @@ class Clock:
         return bool(abs(self.drift) > limit)
 
 
-def nominal_clock() -> Clock:
-    """Return the clock of a take without a loopback: no delay, no drift, unknown."""
-    return Clock(np.nan, 0.0, np.nan)
+UNKNOWN_CLOCK = RecorderClock(np.nan, 0.0, np.nan)
+"""That of a take without a loopback, or with a silent one."""
 
 
-def fit_clock(loopback: Array, excitation: Excitation) -> Clock:
+def fit_clock(loopback: Array, excitation: Excitation) -> RecorderClock:
     """Find latency and drift of a loopback.
 
     Parameters
@@ -72,7 +71,7 @@ def fit_clock(loopback: Array, excitation: Excitation) -> Clock:
 
     Returns
     -------
-    Clock
+    RecorderClock
         Latency NaN if the loopback is silent.
 
     References
@@ -83,7 +82,7 @@ def fit_clock(loopback: Array, excitation: Excitation) -> Clock:
     AC-coupled input.
     """
     if not np.any(loopback):
-        return Clock(np.nan, 0.0, np.nan)
+        return UNKNOWN_CLOCK
     step, sigma = 0.0, np.inf
     drift, spectrum = 0.0, excitation.transform(loopback)
     fit = undrifting = _Phases.of(spectrum, excitation, drift)
@@ -94,11 +93,11 @@ def fit_clock(loopback: Array, excitation: Excitation) -> Clock:
         drift = (1 + drift) * (1 + step) - 1
         fit = _Phases.of(spectrum, excitation, drift)
     doubt = abs(fit.step(cubic=True)[0] - step)
-    clock = Clock(fit.latency(), drift, sigma, doubt)
+    clock = RecorderClock(fit.latency(), drift, sigma, doubt)
     if clock.runs_off:
         return clock
     still = undrifting.latency(drifts=False)
-    return Clock(still, drift, sigma, doubt)
+    return RecorderClock(still, drift, sigma, doubt)
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from capture.signal.crests import Crests, measure_crests
 from capture.signal.energy import Octaves
 from capture.signal.excitation import Excitation
-from capture.signal.reference import Reference
+from capture.signal.reference import SweepReference
 from capture.signal.residual import Residual, compare_blocks, lag_gate, resynthesise
 
 __all__ = ["Divider", "divide"]
@@ -24,14 +24,14 @@ CHANNELS_AT_ONCE = 1
 CHANNELS_SINGLE = 8
 
 
-def divide(recording: Array, reference: Reference) -> Array:
+def divide(recording: Array, reference: SweepReference) -> Array:
     """Return the responses of a recording without looking at anything else.
 
     Parameters
     ----------
     recording : ndarray, shape (channels, n)
         What was recorded.
-    reference : Reference
+    reference : SweepReference
         What to divide by.
 
     Returns
@@ -72,7 +72,7 @@ def _slices(first: int, last: int) -> Iterator[slice]:
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class DividedChannels:
     """What was found in a few channels.
 
     Attributes
@@ -103,7 +103,7 @@ class Divider:
 
     Parameters
     ----------
-    reference : Reference
+    reference : SweepReference
         What to divide by.
     octaves : Octaves
         Where energies are measured.
@@ -115,7 +115,7 @@ class Divider:
 
     def __init__(
         self,
-        reference: Reference,
+        reference: SweepReference,
         octaves: Octaves,
         recording: Array,
         response: Array,
@@ -127,7 +127,7 @@ class Divider:
         self._gate = lag_gate(reference, self._n)
         self._linear = lag_gate(reference, self._n, ())
 
-    def parts(self) -> list[Part]:
+    def parts(self) -> list[DividedChannels]:
         """Divide all channels."""
         firsts = range(0, self._channels, CHANNELS_PER_GROUP)
         _ = self._reference.reciprocal, self._reference.spectrum
@@ -136,7 +136,7 @@ class Divider:
         with ThreadPoolExecutor(THREADS) as pool:
             return list(pool.map(self._part, firsts))
 
-    def _part(self, first: int) -> Part:
+    def _part(self, first: int) -> DividedChannels:
         last = min(first + CHANNELS_PER_GROUP, self._channels)
         work = self._mixed if self._mixes else self._single
         return work(first, last)
@@ -152,7 +152,7 @@ class Divider:
         keep(lags, self._response[few], excitation)
         return rows[:, : self._n], lags, energy
 
-    def _single(self, first: int, last: int) -> Part:
+    def _single(self, first: int, last: int) -> DividedChannels:
         rate = self._reference.excitation.sample_rate
         energies, rests, crests = [], [], []
         for few in _slices(first, last):
@@ -164,16 +164,18 @@ class Divider:
             energies.append(energy)
         groups = [[channel] for channel in range(first, last)]
         residual = Residual.joined(rests)
-        return Part(np.concatenate(energies), residual, groups, Crests.joined(crests))
+        return DividedChannels(
+            np.concatenate(energies), residual, groups, Crests.joined(crests)
+        )
 
-    def _mixed(self, first: int, last: int) -> Part:
+    def _mixed(self, first: int, last: int) -> DividedChannels:
         excitation = self._reference.excitation
         mixed, heard = np.zeros((1, excitation.n)), np.zeros((1, self._n))
         energies = [self._mix(few, heard[0], mixed[0]) for few in _slices(first, last)]
         rest = resynthesise(mixed, self._reference, self._gate, self._n)
         residual = compare_blocks(rest, heard, excitation.sample_rate)
         groups = [list(range(first, last))]
-        return Part(np.concatenate(energies), residual, groups, None)
+        return DividedChannels(np.concatenate(energies), residual, groups, None)
 
     def _mix(self, few: slice, heard: Array, mixed: Array) -> Array:
         """Divide a few channels, add them to the mixes and return their energies."""

@@ -121,12 +121,9 @@ class EnergyMap:
         """Lags, s."""
         return self.octaves.lags
 
-    def valid(self) -> NDArray[np.bool_]:
-        """Return the lags that the recording covers, shape (octaves, blocks)."""
-        return self._valid
-
     @cached_property
-    def _valid(self) -> NDArray[np.bool_]:
+    def valid(self) -> NDArray[np.bool_]:
+        """The lags that the recording covers, shape (octaves, blocks)."""
         excitation = self.octaves.excitation
         rate = excitation.sample_rate
         played = excitation.time_played(self.centers)[:, np.newaxis]
@@ -134,19 +131,3 @@ class EnergyMap:
         at = self.lags + played + self.latency / rate
         end = self.n_recorded / rate
         return (at - half > 0) & (at + half < end)
-
-    def quiet(self, decay: float) -> NDArray[np.bool_]:
-        """Return the lags that hold neither response nor harmonics.
-
-        Parameters
-        ----------
-        decay : float
-            How long the response lasts, s.
-        """
-        lags = self.lags
-        busy = (lags > -0.06) & (lags < decay)
-        rate = self.octaves.excitation.rate
-        for order in (2, 3, 4, 5):
-            lead = rate * np.log(order)
-            busy |= (lags > -lead - 0.03) & (lags < -lead + min(decay, 0.12))
-        return self.valid() & ~busy

@@ -6,10 +6,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from capture.signal.clock import Clock, fit_clock, nominal_clock
+from capture.signal.clock import UNKNOWN_CLOCK, RecorderClock, fit_clock
 from capture.signal.excitation import Excitation
 
-__all__ = ["Reference", "refer"]
+__all__ = ["SweepReference", "refer"]
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -22,14 +22,14 @@ LEAST_SHARE = 0.03
 
 
 @dataclass(frozen=True, eq=False)
-class Reference:
+class SweepReference:
     """The emitted signal on the recorder's clock.
 
     Attributes
     ----------
     excitation : Excitation
         What was played.
-    clock : Clock
+    clock : RecorderClock
         Delay and drift of the recorder.
     played : ndarray
         Spectrum of the excitation at the recorder's rate, not delayed.
@@ -41,7 +41,7 @@ class Reference:
     """
 
     excitation: Excitation
-    clock: Clock
+    clock: RecorderClock
     played: ComplexArray
     gain: ComplexArray
     loopback: Array | None
@@ -61,7 +61,7 @@ class Reference:
         return self.excitation.reciprocal(self.spectrum)
 
 
-def refer(excitation: Excitation, loopback: Array | None) -> Reference:
+def refer(excitation: Excitation, loopback: Array | None) -> SweepReference:
     """Build the reference of a take.
 
     The loopback gives delay, drift and gain; what lies below its own noise is left
@@ -75,18 +75,16 @@ def refer(excitation: Excitation, loopback: Array | None) -> Reference:
         What came back by cable.
     """
     ones = np.ones(excitation.frequencies.size, dtype=complex)
-    if loopback is None:
-        return Reference(excitation, nominal_clock(), excitation.spectrum, ones, None)
-    clock = fit_clock(loopback, excitation)
-    if not np.isfinite(clock.latency):
-        return Reference(excitation, clock, excitation.spectrum, ones, loopback)
+    clock = UNKNOWN_CLOCK if loopback is None else fit_clock(loopback, excitation)
+    if loopback is None or not np.isfinite(clock.latency):
+        return SweepReference(excitation, clock, excitation.spectrum, ones, loopback)
     played = excitation.spectrum_at_rate(clock.drift if clock.runs_off else 0.0)
     gain = _smooth_gain(excitation, loopback, clock, played)
-    return Reference(excitation, clock, played, gain, loopback)
+    return SweepReference(excitation, clock, played, gain, loopback)
 
 
 def _smooth_gain(
-    excitation: Excitation, loopback: Array, clock: Clock, played: ComplexArray
+    excitation: Excitation, loopback: Array, clock: RecorderClock, played: ComplexArray
 ) -> ComplexArray:
     """Estimate the loopback's transfer function from its lags above the noise."""
     turns = excitation.frequencies / excitation.sample_rate

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from capture.signal.reference import Reference
+from capture.signal.reference import SweepReference
 
 __all__ = ["Residual", "compare_blocks", "lag_gate", "resynthesise"]
 
@@ -48,13 +48,13 @@ class Residual:
 
 
 def lag_gate(
-    reference: Reference, n_recorded: int, orders: tuple[int, ...] = ORDERS
+    reference: SweepReference, n_recorded: int, orders: tuple[int, ...] = ORDERS
 ) -> NDArray[np.float32]:
     """Return 1 at lags that are *not* the response, 0 where it and harmonics lie.
 
     Parameters
     ----------
-    reference : Reference
+    reference : SweepReference
         Gives the grid of lags.
     n_recorded : int
         Samples of the recording.
@@ -80,7 +80,10 @@ def lag_gate(
 
 
 def resynthesise(
-    responses: Array, reference: Reference, gate: NDArray[np.float32], n_recorded: int
+    responses: Array,
+    reference: SweepReference,
+    gate: NDArray[np.float32],
+    n_recorded: int,
 ) -> NDArray[np.float32]:
     """Play what lies outside the gate: what of a recording is unexplained.
 
@@ -88,7 +91,7 @@ def resynthesise(
     ----------
     responses : ndarray, shape (channels, n)
         Deconvolved channels on the whole grid.
-    reference : Reference
+    reference : SweepReference
         What they were divided by.
     gate : ndarray, shape (n,)
         See `lag_gate`.

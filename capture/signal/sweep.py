@@ -66,30 +66,6 @@ class Sweep(np.ndarray):
         """Pickle the parameters together with the samples."""
         return _restore, (np.array(self), self.__dict__)
 
-    def time_of(self, frequency: float) -> float:
-        """Return the time at which a frequency is played, s.
-
-        Parameters
-        ----------
-        frequency : float
-            Frequency, Hz.
-        """
-        return self.rate * float(np.log(frequency / self.f1))
-
-    def harmonic_lead(self, order: int) -> float:
-        """Return how long before the linear response a harmonic's one stands, s.
-
-        Parameters
-        ----------
-        order : int
-            Order of the harmonic; 2 is the octave.
-
-        References
-        ----------
-        Farina, AES 108 (2000): order k leads by ``L ln k``.
-        """
-        return self.rate * float(np.log(order))
-
     def describe(self) -> dict[str, float | int | list[float]]:
         """Return the parameters as plain numbers, for files and journals."""
         return {

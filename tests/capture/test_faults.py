@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from capture.config import Simulation
-from capture.faults import FAULTS, Fault, spoil
+from capture.config import SimulationConfig
+from capture.faults import FAULTS, TakeFault, spoil
 from capture.interfaces.simulated import SimulatedInterface
 from capture.signal.resample import evaluate_stretched
 from rir import InterfaceError
@@ -16,7 +16,7 @@ def take(kind: str, **more: object) -> tuple[np.ndarray, np.ndarray]:
     times = np.arange(N) / RATE
     tone = 0.5 * np.sin(2 * np.pi * 700 * times)
     clean = np.stack((0.3 * np.roll(tone, 50), tone))
-    fault = Fault.model_validate({"kind": kind, "at_s": 0.25, **more})
+    fault = TakeFault.model_validate({"kind": kind, "at_s": 0.25, **more})
     spoiled = spoil(
         clean,
         [fault],
@@ -81,7 +81,7 @@ def test_a_vanishing_device_raises() -> None:
 
 def test_unknown_faults_are_told() -> None:
     with pytest.raises(ValueError, match="known: drift, agc"):
-        Fault(kind="gremlin")
+        TakeFault(kind="gremlin")
 
 
 @pytest.mark.parametrize("ppm", [-50.0, 1.0, 100.0])
@@ -110,14 +110,14 @@ def test_drift_moves_microphones_and_loopback_alike() -> None:
             del output
             return np.eye(1, 100)
 
-    drift = Fault(kind="drift", amount=80.0)
-    simulation = Simulation(faults=(drift,), latency_samples=10.0)
+    drift = TakeFault(kind="drift", amount=80.0)
+    simulation = SimulationConfig(faults=(drift,), latency_samples=10.0)
     interface = SimulatedInterface(Open(), simulation, sample_rate=RATE)
     signal = np.pad(np.hanning(2000) * np.sin(np.arange(2000) * 0.3), (500, 1500))
     samples = interface.play_record(signal, 4000, label="t").samples
     np.testing.assert_allclose(samples[0], samples[1], atol=1e-12)
     clean = SimulatedInterface(
-        Open(), Simulation(latency_samples=10.0), sample_rate=RATE
+        Open(), SimulationConfig(latency_samples=10.0), sample_rate=RATE
     )
     steady = clean.play_record(signal, 4000, label="t").samples
     # At sample 1500 the clocks are 0.12 samples apart.

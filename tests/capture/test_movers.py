@@ -160,14 +160,14 @@ def test_a_doubtful_pair_can_be_measured_again(
     make_session: MakeSession, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     session = make_session()
-    judge = session.judge.judge
+    judge = session.pair_judge.judge
     doubts = iter([["was the wrong stand moved?"], []])
 
     def doubting(*keys: object) -> Event | None:
         figures = judge(*keys)  # type: ignore[arg-type]
         return figures and {**figures, "doubts": next(doubts)}
 
-    monkeypatch.setattr(session.judge, "judge", doubting)
+    monkeypatch.setattr(session.pair_judge, "judge", doubting)
     operator = steered(session, "", "", "y", "")
     assert session.run() == []
     assert any("Measure this direction again?" in text for text in operator.heard)

@@ -323,10 +323,10 @@ def test_the_recovered_response_is_the_worlds_own(make_session: MakeSession) -> 
     stage.mover.place(move)
     assert stage.world is not None
     world = stage.world.responses()[0]
-    played = session.examiner.signal
+    played = session.take_judge.signal
     heard = np.convolve(played, world)[: len(played)]
     ideal = np.stack((heard, played)).astype(np.float64)
     started = session.state.started["P01_AB_1"]
-    own = session.examiner.respond(ideal, started).response[0, session.examiner.pre :]
+    own = session.take_judge.check(ideal, started).response[0, session.take_judge.pre :]
     error = np.linalg.norm(dataset.responses[0] - own) / np.linalg.norm(own)
     assert 20 * np.log10(error) <= -90

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from capture.config import Simulation
+from capture.config import SimulationConfig
 from capture.interfaces.loudspeaker import drive, loudspeaker_gain
 from capture.interfaces.simulated import SimulatedInterface
 from capture.signal.sweep import synchronized_sweep
@@ -32,7 +32,7 @@ def fade(n: int) -> np.ndarray:
 
 
 def open_interface(**switches: object) -> SimulatedInterface:
-    simulation = Simulation.model_validate(switches)
+    simulation = SimulationConfig.model_validate(switches)
     return SimulatedInterface(Echo(), simulation, sample_rate=RATE, seed=3)
 
 

@@ -1,6 +1,6 @@
 import pytest
 
-from capture.interfaces import INTERFACES, Surroundings
+from capture.interfaces import INTERFACES, InterfaceSurroundings
 from capture.interfaces.conformance import (
     DirectWorld,
     check_interface,
@@ -21,5 +21,5 @@ def test_every_interface_keeps_the_protocol(name: str) -> None:
 
 def test_the_simulated_one_is_an_interface_in_full() -> None:
     config = plan_session(SessionRequest("kitchen", "1"))
-    around = Surroundings(DirectWorld())
+    around = InterfaceSurroundings(DirectWorld())
     check_interface(INTERFACES["simulated"].open(config, around))

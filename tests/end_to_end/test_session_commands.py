@@ -141,5 +141,7 @@ def test_every_option_names_a_key_there_is() -> None:
     for key, _ in options.keys_set():
         outer, _, inner = key.partition(".")
         assert outer in known["properties"]
-        kind = {"sweep": "SweepConfig"}.get(outer, outer.capitalize())
+        kind = {"sweep": "SweepConfig", "simulation": "SimulationConfig"}.get(
+            outer, outer.capitalize()
+        )
         assert not inner or inner in known["$defs"][kind]["properties"]

@@ -19,7 +19,7 @@ from capture.session.journal import Event, Journal, read_journal
 from capture.session.record import SessionRecord
 from capture.session.recover import recover
 from capture.session.start import SessionRequest, merge, plan_session
-from capture.session.take import Examiner
+from capture.session.take_judge import TakeJudge
 from rir import Dataset, SessionError
 from rir.files.audio import read_audio
 
@@ -81,20 +81,20 @@ def test_a_street_is_recovered(start_jack: Callable[..., Any]) -> None:
     sweep = {"seconds": 4.0, "band_hz": (20.0, 20000.0), "tail_s": 1.2}
     config = make_config(channels=channels, sweep=sweep, response_s=1.0, pre_s=0.5)
     interface = set_stage(config).open_interface()
-    examiner = Examiner(config)
-    take = interface.play_record(examiner.signal, len(examiner.signal), label="t")
+    take_judge = TakeJudge(config)
+    take = interface.play_record(take_judge.signal, len(take_judge.signal), label="t")
     interface.close()
     event = {"air": {}, "emitter": {}, "listener": {}}
-    found = examiner.respond(take.samples, event).response
+    found = take_judge.check(take.samples, event).response
     # The band's slopes ring before and after: the window holds all of it.
     for whole, name in zip(found, ("street2-L", "street2-R"), strict=True):
         own, rate = read_audio(STREET / f"{name}.wav")
-        heard = whole[examiner.pre :]
+        heard = whole[take_judge.pre :]
         own = np.pad(own[0], (0, len(heard) - own.shape[1]))
         n = 2 * len(whole)
         frequencies = np.fft.rfftfreq(n, 1 / rate)
         inside = (frequencies >= 20) & (frequencies <= 20000)
-        placed = np.pad(own, (examiner.pre, 0))
+        placed = np.pad(own, (take_judge.pre, 0))
         ours, theirs = (np.fft.rfft(h, n)[inside] for h in (whole, placed))
         error = np.linalg.norm(ours - theirs) / np.linalg.norm(theirs)
         assert 20 * np.log10(error) <= -100

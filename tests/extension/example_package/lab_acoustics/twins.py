@@ -6,10 +6,10 @@ from itertools import combinations
 import numpy as np
 
 from capture.checks.evidence import Evidence
-from capture.checks.finding import Verdict
+from capture.checks.finding import Finding
 
 
-def check_twins(take: Evidence) -> Iterator[Verdict]:
+def check_twins(take: Evidence) -> Iterator[Finding]:
     """Refuse takes in which a channel is a copy of another."""
     rows = take.recording
     pairs = [
@@ -20,4 +20,4 @@ def check_twins(take: Evidence) -> Iterator[Verdict]:
     take.figures["twin_channels"] = len(pairs)
     for one, other in pairs:
         text = f"channel {other} is a copy of channel {one}: is it plugged in twice?"
-        yield Verdict("twin_channels", True, text, channel=int(other))
+        yield Finding("twin_channels", True, text, channel=int(other))

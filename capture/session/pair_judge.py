@@ -6,13 +6,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from capture.deconvolution.takes import FEWEST_TO_JUDGE
 from capture.plan import Measure
 from capture.session.folder import SessionFolder
 from capture.session.journal import Event
-from capture.session.outliers import FEWEST, find_outlier
+from capture.session.outliers import find_outlier
 from capture.session.pairing import OneWay, bands, judge_pair, noise_share
 from capture.session.state import SessionState
-from capture.session.take import Examiner
+from capture.session.take_judge import TakeJudge
 
 __all__ = ["PairJudge"]
 
@@ -26,13 +27,13 @@ class PairJudge:
     ----------
     folder : SessionFolder
         Where raw files lie that are no longer in memory.
-    examiner : Examiner
+    take_judge : TakeJudge
         Turns raw files into responses.
     """
 
-    def __init__(self, folder: SessionFolder, examiner: Examiner) -> None:
+    def __init__(self, folder: SessionFolder, take_judge: TakeJudge) -> None:
         self.folder = folder
-        self.examiner = examiner
+        self.take_judge = take_judge
         self._known: OrderedDict[str, OneWay] = OrderedDict()
 
     def remember(
@@ -43,12 +44,12 @@ class PairJudge:
         started: Event,
     ) -> None:
         """Keep what one good take says of its direction (first microphone)."""
-        config = self.examiner.config
+        config = self.take_judge.config
         looped = config.channels.loopback is not None
-        first = response[0, self.examiner.pre :]
+        first = response[0, self.take_judge.pre :]
         share = noise_share(
-            samples[0, : self.examiner.n_noise],
-            samples[-1] if looped else np.asarray(self.examiner.sweep),
+            samples[0, : self.take_judge.n_noise],
+            samples[-1] if looped else np.asarray(self.take_judge.sweep),
             first,
             config.sample_rate,
             bands(config.sample_rate, *config.sweep.band_hz),
@@ -80,7 +81,7 @@ class PairJudge:
             return None
         names = [good[-1].name for good in takes]
         one, other = (self.one_way(state, name) for name in names)
-        config = self.examiner.config
+        config = self.take_judge.config
         figures: dict[str, Any] = judge_pair(
             one,
             other,
@@ -93,7 +94,7 @@ class PairJudge:
     def outlier(self, state: SessionState, key: str) -> tuple[str, str] | None:
         """Return the take of a measure that is unlike the others, and why."""
         names = [take.name for take in state.accepted(key)]
-        if len(names) < FEWEST:
+        if len(names) < FEWEST_TO_JUDGE:
             return None
         takes = [self.one_way(state, name).response for name in names]
         found = find_outlier(np.stack(takes))
@@ -104,7 +105,7 @@ class PairJudge:
         if take not in self._known:
             samples = self.folder.read_raw(state.takes[take].event["file"])
             started = state.started[take]
-            response = self.examiner.responses(samples)
+            response = self.take_judge.deconvolve(samples)
             self.remember(take, samples, response, started)
         return self._known[take]
 

@@ -7,19 +7,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from capture.checks.finding import Limits
-from capture.checks.run import Examined, divide_only, examine
+from capture.checks.finding import TakeLimits
+from capture.checks.run import CheckedTake, check_take, divide_only
 from capture.checks.silent_channels import silent_channels
 from capture.config import SessionConfig
 from capture.devices.mounting import mounted
 from capture.interfaces.protocol import Recording
 from capture.session.journal import Event
 from capture.signal.excitation import Excitation
-from capture.signal.reference import Reference, refer
+from capture.signal.reference import SweepReference, refer
 from capture.signal.sweep import Sweep, synchronized_sweep
 from rir import Environment, Pose, SignalError
 
-__all__ = ["Examiner", "Verdict", "session_sweep", "take_poses"]
+__all__ = ["TakeJudge", "TakeVerdict", "session_sweep", "take_poses"]
 
 FloatArray = NDArray[np.float64]
 LOWEST_HZ = 5.0
@@ -29,7 +29,7 @@ RETAKE_MARKS = ("clock_drift",)
 
 
 @dataclass(frozen=True, eq=False)
-class Verdict:
+class TakeVerdict:
     """What the checks say of a take.
 
     Attributes
@@ -80,7 +80,7 @@ def _pose(fields: dict[str, Any]) -> Pose:
     return Pose(fields["position_m"], fields["orientation"])
 
 
-class Examiner:
+class TakeJudge:
     """Judge the takes of one session.
 
     Parameters
@@ -91,7 +91,7 @@ class Examiner:
 
     def __init__(self, config: SessionConfig) -> None:
         self.config = config
-        self._golden: Reference | None = None
+        self._golden: SweepReference | None = None
         self._grids: dict[int, Excitation] = {}
         rate = config.sample_rate
         self.n_noise = round(config.sweep.noise_s * rate)
@@ -111,7 +111,7 @@ class Examiner:
         signals = self.interleaving.signals(sweep, self.n_noise, self.n_tail)
         return signals if len(signals) > 1 else signals[0]
 
-    def examine(self, recording: Recording, event: Event) -> Verdict:
+    def judge(self, recording: Recording, event: Event) -> TakeVerdict:
         """Judge a take; the first good one becomes the golden loopback.
 
         Parameters
@@ -122,18 +122,18 @@ class Examiner:
             The take's ``take_started`` event: poses and air.
         """
         try:
-            result = self.respond(recording.samples, event)
+            result = self.check(recording.samples, event)
         except SignalError as error:
             reasons = [*self._silences(recording), str(error)]
             nothing = np.zeros((len(recording.samples), self.pre + self.length))
-            return Verdict(False, reasons, [], {}, nothing)
-        spoiling = [v for v in result.verdicts if v.hard or v.word in RETAKE_MARKS]
-        reasons = [verdict.text for verdict in spoiling]
+            return TakeVerdict(False, reasons, [], {}, nothing)
+        spoiling = [v for v in result.findings if v.hard or v.word in RETAKE_MARKS]
+        reasons = [finding.text for finding in spoiling]
         reasons += self._silences(recording)
         reasons += [f"the driver reported {flag}" for flag in recording.flags]
-        marks = [v.text for v in result.verdicts if v not in spoiling]
+        marks = [v.text for v in result.findings if v not in spoiling]
         responses = self.interleaving.separate(result.response)
-        verdict = Verdict(not reasons, reasons, marks, result.figures, responses)
+        verdict = TakeVerdict(not reasons, reasons, marks, result.figures, responses)
         if verdict.accepted and self._golden is None:
             self.set_golden(recording.samples)
         return verdict
@@ -149,7 +149,7 @@ class Examiner:
             grid = self.grid(samples.shape[-1])
             self._golden = refer(grid, samples[-1].copy())
 
-    def respond(self, samples: FloatArray, event: Event) -> Examined:
+    def check(self, samples: FloatArray, event: Event) -> CheckedTake:
         """Deconvolve a take.
 
         Parameters
@@ -162,9 +162,9 @@ class Examiner:
         microphones, reference = self._referred(samples)
         looped = reference.loopback is not None
         delays = self._direct_delays(event) if looped else None
-        return examine(microphones, reference, self._golden, delays, Limits())
+        return check_take(microphones, reference, self._golden, delays, TakeLimits())
 
-    def _referred(self, samples: FloatArray) -> tuple[FloatArray, Reference]:
+    def _referred(self, samples: FloatArray) -> tuple[FloatArray, SweepReference]:
         """Return the microphones of a take and what to divide them by."""
         looped = self.config.channels.loopback is not None
         microphones = samples[:-1] if looped else samples[:, self.n_noise :]
@@ -184,7 +184,7 @@ class Examiner:
             )
         return self._grids[n]
 
-    def responses(self, samples: FloatArray) -> FloatArray:
+    def deconvolve(self, samples: FloatArray) -> FloatArray:
         """Return a judged take's responses, each loudspeaker's microphones in turn.
 
         Shape (loudspeakers · microphones, pre + length).
