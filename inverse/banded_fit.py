@@ -21,7 +21,7 @@ from inverse.bands.half_octaves import HalfOctaves
 from inverse.objects.scatter_fit import with_scatterers
 from inverse.objects.tomography import with_occluders
 from inverse.paths.room import OMNI, BoxRoom
-from inverse.paths.shoebox import FittedRoom
+from inverse.paths.shoebox import ORDERS, FittedRoom
 from inverse.rows.direct import DirectSound, read_direct
 from inverse.rows.fitset import FitSet
 from inverse.rows.tiles import Tiles

@@ -16,7 +16,7 @@ from inverse.paths.air import at_one_temperature, logged_temperature
 from inverse.paths.long_rows import followed
 from inverse.paths.open_air import fit_open_air
 from inverse.paths.oriented_box import OrientedBox
-from inverse.paths.polyhedral import FittedMesh, fit_drawn, mesh_alarms
+from inverse.paths.polyhedral import WIDE_M, FittedMesh, fit_drawn, mesh_alarms
 from inverse.paths.polyhedron import Polyhedron
 from inverse.paths.recording import (
     Settled,
@@ -31,6 +31,7 @@ from inverse.rows.fitset import FitSet
 from inverse.rows.outlier_rows import outlier_rows
 from inverse.rows.pose_spread import pose_alarms
 from inverse.rows.suspect_rows import doubtful_rows, doubtful_words
+from inverse.rows.unexplained import BELIEVED, EXACT, POOR
 from inverse.rows.units import checked_units
 from inverse.walls.box_search import search_box
 from inverse.walls.convex import try_convex
@@ -42,16 +43,21 @@ from rir import GainPattern
 __all__ = ["find_room", "room_in_rows", "without_outliers"]
 
 LEAST_ROWS, LEAST_SAMPLES = 8, 64
+"""Fewer rows leave six walls, a pattern and a pulse open; 64 samples hold one echo."""
 LEAST_CLEARNESS = 4.0
+"""Mean direct sound over what noise would leave: noise comes to 1, its peak to 2."""
 LEAST_WALLS = 2
-JUDGED_ROWS = 60
-POOR = 0.85
-LONE, CUT, AHEAD = 0.02, 1.25, 1.1
-BELIEVED = 0.2
-PERFECT = 10 ** (-25 / 10)
+"""Of a box: with one wall its axes are not known."""
+LONE = 0.02
+"""One emitter place and more unexplained: a wall may be the echo of two others."""
+CUT, AHEAD = 1.25, 1.1
+"""Rows are fitted a quarter beyond the reach, where late sound fades in, and paths
+listed a tenth beyond it, for those that a moving wall brings in."""
 COMPLETED_ROWS, LEAST_COMPLETED, COMPLETED_SAMPLES = 300, 120, 1_000_000
+"""Rows that late sound is learnt from: fewer of long ones, for time (decision 0066)."""
 WALL_NAMES = ("low x", "high x", "low y", "high y", "low z", "high z")
-WIDE_M = 0.02
+APART_M = 0.02
+"""Nearer ends are one place: their direct sound is not one of a point."""
 TOLD = 0.05
 """Part of the low sound a box may leave that is believed without direct sounds."""
 CLEAR, UNKNOWN = 0.005, 0.5
@@ -203,7 +209,7 @@ def room_in_rows(
             "the waveforms: none is believed"
         )
         return _without_room(rows, alarms, late, *patterns)
-    if isinstance(fitted, FittedRoom) and unexplained > PERFECT:
+    if isinstance(fitted, FittedRoom) and unexplained > EXACT:
         banded = in_half_octaves(short, fitted, judged.cut(short.n_samples), pose_sd_m)
         if banded is not None:
             fitted = banded
@@ -221,7 +227,7 @@ def room_in_rows(
     rest = None
     # half octaves hold their own energies; what they leave is no late sound
     whole = _banded(fitted) and rows.n_samples <= short.n_samples
-    if late and unexplained > (BELIEVED if whole else PERFECT):
+    if late and unexplained > (BELIEVED if whole else EXACT):
         late_s = _latency(fitted)
         rest = Rest.fit(heard, judged, early, fitted, aimed=aimed, latency_s=late_s)
         alarms += rest.alarms
@@ -353,7 +359,7 @@ def _sounding(rows: FitSet) -> FitSet:
         return rows.rows(np.arange(0))
     power = (rows.responses**2).sum(axis=1)
     loud = power > 1e-12 * max(float(power.max(initial=0.0)), 1e-300)
-    return rows.rows(np.flatnonzero(loud & (rows.distances > WIDE_M)))
+    return rows.rows(np.flatnonzero(loud & (rows.distances > APART_M)))
 
 
 def _latency(fitted: FittedRoom | FittedMesh) -> float:

@@ -6,17 +6,19 @@ from inverse.acoustics import Acoustics
 from inverse.blend.fallback import NearestRows
 from inverse.rows.fitset import FitSet
 from inverse.rows.proof import MOST_ROWS, beaten_by_nearest, error_ratio, prove
+from inverse.rows.unexplained import BELIEVED, POOR
 from inverse.rows.units import checked_units
 
 __all__ = ["guarded", "needs_network"]
 
-DOUBTFUL = 0.2
-"""Rooms whose paths leave less of the energy are not asked."""
 LEAST_ROWS = 16
+"""Fewer rows left out cannot tell which answer is nearer."""
 SURE = 0.9
-POOR = 0.85
+"""A tenth better than interpolated rows is better than the nearest as well."""
 ENOUGH = 0.3
+"""Of the errors of interpolated rows; networks, which interpolate, reach no less."""
 LEAST_NETWORK_ROWS = 32
+"""One batch: with less a network learns nothing."""
 
 
 def guarded(acoustics: Acoustics, rows: FitSet) -> Acoustics:
@@ -30,7 +32,7 @@ def guarded(acoustics: Acoustics, rows: FitSet) -> Acoustics:
         All measured rows.
     """
     fitted, rest = acoustics.fitted, acoustics.rest
-    if fitted is None or rest is None or acoustics.unexplained < DOUBTFUL:
+    if fitted is None or rest is None or acoustics.unexplained < BELIEVED:
         return acoustics
     if len(rows) < LEAST_ROWS:
         return acoustics

@@ -25,14 +25,16 @@ from inverse.rows.directivity import directivity
 from inverse.rows.fitset import FitSet
 from inverse.rows.proof import Proof, prove
 from inverse.rows.tiles import Tiles
+from inverse.rows.unexplained import BELIEVED
 from rir import Poses
 
 __all__ = ["Rest"]
 
 FloatArray = NDArray[np.float64]
 AIMED = 0.3
+"""Part of the levels' variance that the aim must explain for rows alike to be asked."""
 LEAST_ROWS = 16
-EXPLAINED = 0.2
+"""Rows to interpolate between: of fewer, those left out have no neighbours."""
 ROWS_S = 0.25
 """Later than this rows of other places say nothing but energies."""
 
@@ -213,7 +215,7 @@ def _guides(judged: FitSet, said: list[FloatArray]) -> dict[str, FloatArray | No
     """Return whose energies are worth believing: rows' as well where paths are poor."""
     left = judged.responses - said[0]
     loud = float((judged.responses**2).sum())
-    if len(said) < 2 or float((left**2).sum()) < EXPLAINED * loud:
+    if len(said) < 2 or float((left**2).sum()) < BELIEVED * loud:
         return {"mixture": None}
     return {"mixture": None, "rows": said[1]}
 

@@ -12,14 +12,16 @@ from numpy.typing import NDArray
 
 from inverse.blend.aligned import squares
 from inverse.rows.fitset import FitSet
-from inverse.rows.proof import prove
+from inverse.rows.proof import MOST_ROWS, prove
 from rir import Poses
 
 __all__ = ["NearestRows"]
 
 FloatArray = NDArray[np.float64]
 SAME_M = 0.05
-JUDGED_ROWS, LEAST_ROWS = 100, 8
+"""Places so near are one place, poses told by hand allowed for."""
+LEAST_ROWS = 8
+"""Fewer rows do not decide whether re-timing helps; it is then done."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +56,7 @@ class NearestRows:
             rows.sample_rate / rows.speed_of_sound,
         )
         still = replace(kept, retimed=False)
-        few = rows.spread(JUDGED_ROWS)
+        few = rows.spread(MOST_ROWS)
         if len(few) < LEAST_ROWS or not few.responses.any():
             return kept
         told = {"kept": kept.left_out(few), "still": still.left_out(few)}

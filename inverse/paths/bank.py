@@ -15,6 +15,7 @@ __all__ = ["MOMENTS", "PulseBank", "bank_of_pulse", "ideal_bank"]
 
 FloatArray = NDArray[np.float64]
 MOMENTS = 8
+"""Powers of the fraction of a sample: a sinc to -120 dB."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,16 +63,3 @@ def bank_of_pulse(pulse, taps: int, lead: int) -> PulseBank:
     powers = [np.polynomial.chebyshev.cheb2poly(column) for column in chebyshev.T]
     padded = [np.pad(one, (0, MOMENTS - len(one))) for one in powers]
     return PulseBank(np.ascontiguousarray(np.array(padded).T), lead)
-
-
-def sampled_bank(samples: FloatArray, lead: int) -> PulseBank:
-    """Return the bank of a pulse known at whole samples, sinc-interpolated."""
-    n = len(samples)
-    at = np.arange(n) - lead
-
-    def pulse(offset: FloatArray) -> FloatArray:
-        gap = offset[..., None] - at
-        window = np.cos(0.5 * np.pi * np.clip(gap / 16, -1, 1)) ** 2
-        return (np.sinc(gap) * window) @ samples
-
-    return bank_of_pulse(pulse, n, lead)

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from inverse.paths.box_fit import SLOW_HZ
 from inverse.paths.mesh_room import MeshRoom
 from inverse.paths.room import turns_of
 from inverse.rows.fitset import place_numbers
@@ -13,8 +14,11 @@ __all__ = ["bends", "bent_sound"]
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 LEAST_OPENING_DEG = 200.0
+"""Edges of less are nearly flat: what they bend is faint."""
 MOST_EDGES = 60
-LOW_HZ, FREQUENCIES = 60.0, 24
+"""More cost minutes: ways are tried edge by edge."""
+FREQUENCIES = 24
+"""Per half octave about two, from `SLOW_HZ` up: gains are smooth between them."""
 
 
 def bends(room: MeshRoom) -> bool:
@@ -38,7 +42,7 @@ def bent_sound(
 
     mesh = room.shape.mesh
     edges = find_edges(mesh, least_opening_deg=LEAST_OPENING_DEG)
-    bands = np.geomspace(LOW_HZ, room.sample_rate / 2, FREQUENCIES)
+    bands = np.geomspace(SLOW_HZ, room.sample_rate / 2, FREQUENCIES)
     factors = np.repeat(np.abs(room.walls)[:, None], FREQUENCIES, axis=1)
     size = int(2 ** np.ceil(np.log2(n_samples + room.bank.taps.shape[1])))
     hertz = np.arange(size // 2 + 1) * room.sample_rate / size

@@ -11,19 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inverse.paths.bank import PulseBank
-from inverse.paths.descent import damped_step, row_weights, trust
+from inverse.paths.descent import TRIES, damped_step, row_weights, trust
 from inverse.paths.mesh_room import MeshRoom
-from inverse.paths.room import FRONT, BoxRoom
+from inverse.paths.room import FRONT, GEOMETRY, BoxRoom
 from inverse.rows.fitset import FitSet
 
 __all__ = ["Step", "fit_room", "level_errors"]
 
 FloatArray = NDArray[np.float64]
-GEOMETRY = 11
 WALL = GEOMETRY + 6
 MOST_FACTOR = 1.0
+"""Of reflection: a wall adds no energy."""
 SLOW_HZ = 60.0
-TRIES = 4
+"""Errors below are not counted (decision 0054)."""
 SIGMAS = np.array([0.02] * 3 + [0.1] * 6 + [2.0, 2e-3] + [0.5] * 6)
 """Weak priors: radians, metres, metres per second, seconds, reflection factor."""
 BOUND = np.array([0.02] * 3 + [0.03] * 6 + [1.5, 5e-4] + [0.3] * 6)

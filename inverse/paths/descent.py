@@ -3,9 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["damped_step", "root_mean_square", "row_weights", "trust"]
+__all__ = ["TRIES", "damped_step", "root_mean_square", "row_weights", "trust"]
 
 FloatArray = NDArray[np.float64]
+TRIES = 4
+"""Tenfold dampings of a step that does not help before a stage ends."""
 
 
 def row_weights(power: FloatArray) -> FloatArray:

@@ -10,13 +10,13 @@ from math import pi, sqrt
 import numpy as np
 from numba import njit
 
+from inverse.paths.room import GEOMETRY
 from rir.harmonics_kernel import fill_harmonics, order_of, turned_harmonics
 
 __all__ = ["accumulate_rows", "render_rows"]
 
-GEOMETRY = 11
-"""Derivatives before those of the walls: turn 3, low 3, high 3, speed, latency."""
 NEAREST_M = 0.05
+"""Shorter paths count as so long: within a device 1/r does not hold."""
 
 
 @njit(cache=True, fastmath=True)

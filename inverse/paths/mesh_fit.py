@@ -10,7 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inverse.paths.box_fit import slow_columns
-from inverse.paths.descent import damped_step, root_mean_square, row_weights, trust
+from inverse.paths.descent import (
+    TRIES,
+    damped_step,
+    root_mean_square,
+    row_weights,
+    trust,
+)
 from inverse.paths.mesh_room import MeshRoom
 from inverse.paths.polyhedron import tangents
 from inverse.rows.fitset import FitSet
@@ -21,16 +27,19 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 AIR = 2
-TRIES = 4
+"""Parameters before the planes': speed of sound and latency."""
 LEAST_MET = 12
 """A plane that fewer paths meet is not moved."""
 LEAST_TILTED_M = 0.8
 """A face that reaches less far is moved, not tilted."""
+# weak priors and largest steps, as for boxes: metres per second and seconds, radians
+# and metres, factors
 AIR_SIGMAS, AIR_BOUND = (2.0, 2e-3), (1.5, 5e-4)
 PLANE_SIGMAS, PLANE_BOUND = (0.02, 0.02, 0.05), (0.02, 0.02, 0.03)
 FACTOR_SIGMA, FACTOR_BOUND = 0.5, 0.3
 PATTERN_SIGMA = 3.0
 SMALL = 1e-3
+"""Least factor: at zero a wall's derivatives vanish and it could not come back."""
 
 
 @dataclass(frozen=True)

@@ -5,11 +5,9 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
-from inverse.paths.lattice_kernel import _add, _gain, _pulse, _slope
+from inverse.paths.lattice_kernel import NEAREST_M, _add, _gain, _pulse, _slope
 
 __all__ = ["accumulate_paths", "lay_paths", "render_paths"]
-
-NEAREST_M = 0.05
 
 
 @njit(cache=True, fastmath=True)

@@ -19,6 +19,7 @@ __all__ = ["polished", "without_coloring"]
 FloatArray = NDArray[np.float64]
 Room = TypeVar("Room", BoxRoom, MeshRoom)
 BANK_S = (0.003, 0.005)
+"""Seconds before and after an arrival that a small loudspeaker's pulse fills."""
 FIRST_TAPS = (20, 28)
 """Samples before and after an arrival; short until the paths are well known."""
 

@@ -17,6 +17,7 @@ __all__ = ["Polyhedron", "tangents"]
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 LOOSE = 1e-6
+"""Metres, and parts of a unit normal: rounding of meshes in single precision."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,6 +20,7 @@ CORRECTED = "pose_corrections"
 ROUNDS, STILL = 4, 3e-5
 """Turns of air and room, and the change of a block's speed that ends them."""
 BLOCK_ROWS, MOST_ROWS = 24, 240
+"""Rows read: of each block enough for a scatter, of all no more than a fit costs."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,6 +12,7 @@ from inverse.rows.fitset import FitSet
 __all__ = ["resumed"]
 
 ROWS, TURNS = 40, 3
+"""The start is near: a few rows and steps of a whole-band fit bring it there."""
 
 
 def resumed(

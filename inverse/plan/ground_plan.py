@@ -23,8 +23,11 @@ __all__ = ["FOUND_ROOM", "GroundPlan", "PlanWall", "box_shape", "cut_at", "plan_
 FloatArray = NDArray[np.float64]
 FOUND_ROOM = Schema("found room", 1)
 BOUNDS_M = 30.0
+"""A box open to one side is drawn so far: beyond any room that was heard."""
 PIECE_M, HEARD_M = 0.25, 0.5
+"""Walls are drawn in pieces; a reflection within half a metre speaks for one."""
 LEVEL = 0.99
+"""Of the vertical: planes within 8 degrees are floors and ceilings."""
 
 
 @dataclass(frozen=True, eq=False)

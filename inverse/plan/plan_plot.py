@@ -14,9 +14,10 @@ if TYPE_CHECKING:
 __all__ = ["draw_plan"]
 
 SURE_MM, POOR_MM = 0.1, 30.0
-THICK, THIN = 5.0, 1.0
-MOST_ALARMS, WIDTH = 6, 88
-LINE_IN = 0.16
+"""Spreads drawn thickest and thinnest: of clean responses, and of poses 3 cm off."""
+THICK, THIN = 5.0, 1.0  # points
+MOST_ALARMS, WIDTH = 6, 88  # lines and letters that fit above the plan
+LINE_IN = 0.16  # inches a line of 8 points takes
 
 
 def draw_plan(path: Path, plan: GroundPlan) -> None:

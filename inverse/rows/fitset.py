@@ -12,6 +12,7 @@ __all__ = ["FitSet", "place_numbers"]
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 SAME_PLACE_M = 1e-3
+"""Poses are stated in millimetres at best: nearer ones are one place."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,6 +12,8 @@ from inverse.rows.fitset import FitSet
 __all__ = ["outlier_rows"]
 
 ALONE, WORSE, MOST = 0.5, 6.0, 0.15
+"""An outlier leaves half of its energy and six times what most do; where more than one
+row in seven does, it is the room that is not understood."""
 
 
 def outlier_rows(rows: FitSet, predicted: NDArray[np.float64]) -> NDArray[np.bool_]:

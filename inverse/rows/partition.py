@@ -8,13 +8,18 @@ numbers and cannot follow the accidents of single pairs.
 import numpy as np
 from numpy.typing import NDArray
 
+from inverse.rows.membership import WRONG
+
 __all__ = ["split_by_planes"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 TURNS, OFFSETS = 36, 60
+"""Planes tried: 5 degrees and a sixtieth of the room apart, finer than places stand."""
 LEAST_SIDE = 3
-WRONG, SEEN_ACROSS = 0.03, 0.9
+"""Places behind a plane: two may be hidden by a piece of furniture."""
+SEEN_ACROSS = 0.9
+"""Most of the pairs that see each other through a door; more are one room."""
 PRICE = 6.0
 """Nepers that a plane has to bring for its two numbers and the choice of it."""
 

@@ -12,7 +12,9 @@ from inverse.rows.fitset import FitSet
 __all__ = ["Proof", "beaten_by_nearest", "error_ratio", "likeness", "prove"]
 
 MOST_ROWS = 100
+"""Scored: means of metrics are then known to some per cent."""
 LEAST = 1e-6
+"""Of a metric: smaller errors are none, and their ratio says nothing."""
 WORSE = 1.05
 """Errors 5 % larger are worse; less is chance in a hundred rows."""
 CHIEF = ("C50", "STFT")

@@ -11,21 +11,31 @@ from functools import cached_property
 
 import numpy as np
 
+from inverse.rows.fitset import SAME_PLACE_M
 from inverse.rows.membership import settle, spectral_start
 from inverse.rows.partition import split_by_planes
 
 __all__ = ["Regions", "apartness", "direct_levels", "find_regions", "sight_bits"]
 
 MOST_REGIONS = 4
+"""Rooms that one session spans; more need emitters of their own that few have."""
 LENGTH_M = 1.5
+"""Over which places share a region: half a small room."""
 DOUBT = 1.0
+"""Noise over signal of one place's region: three neighbours outvote it."""
 SHARPNESS = 40.0
-MERGED_M = 1e-3
+"""Of the border between regions: nine tenths to one within decimetres (0065)."""
 LEAST_HIDDEN = 0.08
+"""Of pairs: fewer are hidden by furniture or read wrong."""
 GAIN_PER_BIT, GAIN_PER_PLANE = 0.1, 0.05
+"""Neper a pair that one more region must bring: less where it is a plane, which has two
+numbers, than where places may be given one by one."""
 SEEN = 0.63
+"""Of the free level, -4 dB: a direct sound that pattern and pose errors dimmed."""
 HIDDEN = 0.4
+"""-8 dB: only something in the way dims so much; between both nothing is said."""
 SLACK_SAMPLES = 2
+"""A direct sound stands so near its delay, poses of millimetres allowed for."""
 
 
 def apartness(first: np.ndarray, second: np.ndarray) -> np.ndarray:
@@ -190,7 +200,7 @@ def find_regions(
     if known.sum() < 8 or (bits[known] == 0).mean() < LEAST_HIDDEN:
         return Regions.one()
     ends = np.vstack([emitters[known], listeners[known]])
-    rounded = np.round(ends / MERGED_M).astype(np.int64)
+    rounded = np.round(ends / SAME_PLACE_M).astype(np.int64)
     _, first, numbers = np.unique(
         rounded, axis=0, return_index=True, return_inverse=True
     )

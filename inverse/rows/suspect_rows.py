@@ -8,10 +8,15 @@ from inverse.rows.fitset import FitSet
 __all__ = ["doubtful_rows", "doubtful_words"]
 
 FAR_WORSE = 20.0
+"""Times the median of what rows leave: rows shadowed by things leave a few times."""
 LEAST_SHARE = 0.3
+"""Of its own energy that a suspect row leaves: a swapped label leaves more than all."""
 GOOD = 0.1
+"""Median above which the room is not understood, so that no row can be blamed."""
 MOST = 0.1
+"""Of rows that may be named; more, and it is the room."""
 NAMED = 6
+"""Rows named in an alarm, which one line holds."""
 
 
 def doubtful_rows(rows: FitSet, told: NDArray[np.float64]) -> NDArray[np.bool_]:

@@ -8,7 +8,23 @@ from numpy.typing import NDArray
 from inverse.rows.fitset import FitSet
 from rir import Poses
 
-__all__ = ["Predictor", "unexplained_energy"]
+__all__ = [
+    "BELIEVED",
+    "CLEAN",
+    "EXACT",
+    "POOR",
+    "Predictor",
+    "unexplained_energy",
+]
+
+EXACT = 10 ** (-25 / 10)
+"""Part of the energy left by paths that explain all: -25 dB, a simulator's windows."""
+CLEAN = 0.003
+"""Paths that leave less explain the room: about -25 dB, rounded for the documents."""
+BELIEVED = 0.2
+"""Paths that leave less than a fifth are believed: other answers leave more."""
+POOR = 0.85
+"""Paths that leave more say little of the waveforms: the room has other walls."""
 
 
 class Predictor(Protocol):
