@@ -22,7 +22,7 @@ from inverse.bands.band_arrivals import (
 )
 from inverse.paths.lattice_kernel import (
     NEAREST_M,
-    _counts,
+    wall_counts,
 )
 from rir.harmonics_kernel import order_of, turned_harmonics
 
@@ -64,7 +64,7 @@ def list_images(row, ends, geometry, least, most, images):
     for mx in range(-most_x, most_x + 1):
         for px in range(2):
             vx = h[0] - (1 - 2 * px) * e[0] - 2 * mx * size[0]
-            ax, bx = _counts(mx, px)
+            ax, bx = wall_counts(mx, px)
             if vx * vx > reach * reach or ax + bx > most:
                 continue
             for my in range(-most_y, most_y + 1):
@@ -77,7 +77,7 @@ def list_images(row, ends, geometry, least, most, images):
                     for mz in range(-most_z, most_z + 1):
                         for pz in range(2):
                             vz = h[2] - (1 - 2 * pz) * e[2] - 2 * mz * size[2]
-                            az, bz = _counts(mz, pz)
+                            az, bz = wall_counts(mz, pz)
                             order = ax + bx + ay + by + az + bz
                             if vz * vz > within or order > most or order < least:
                                 continue

@@ -34,7 +34,7 @@ def _delays(found, row, ends, geometry, images, center, speed, rate, moved):
             parity[axis] = 0.5 - 0.5 * sign[axis]
             moved[n, 11 + axis] = away[n, axis] / length * scale
             moved[n, 14 + axis] = -sign[axis] * away[n, axis] / length * scale
-        _path_slopes(
+        path_slopes(
             away[n], length, lattice[n], parity, sign, about_e, about_h, moved[n]
         )
         for k in range(9):

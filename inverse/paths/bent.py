@@ -72,11 +72,10 @@ def bent_sound(
 
 
 def _gain(way: FloatArray, pattern: FloatArray) -> float:
-    from inverse.paths.lattice_kernel import harmonics
-    from rir.harmonics_kernel import order_of
+    from rir.harmonics_kernel import fill_harmonics, order_of
 
     basis = np.empty(len(pattern))
-    harmonics(way[0], way[1], way[2], order_of(len(pattern)), basis)
+    fill_harmonics(way[0], way[1], way[2], order_of(len(pattern)), basis)
     return float(pattern @ basis)
 
 

@@ -10,7 +10,7 @@ from math import floor, sqrt
 import numpy as np
 from numba import njit
 
-from inverse.paths.lattice_kernel import NEAREST_M, _counts, _gain
+from inverse.paths.lattice_kernel import NEAREST_M, path_gain, wall_counts
 
 __all__ = ["lay_rows"]
 
@@ -38,14 +38,14 @@ def lay_rows(
         for mx in range(-most_x, most_x + 1):
             for px in range(2):
                 vx = h[0] - (1 - 2 * px) * e[0] - 2 * mx * size[0]
-                ax, bx = _counts(mx, px)
+                ax, bx = wall_counts(mx, px)
                 if vx * vx > square or ax + bx > most:
                     continue
                 gx = walls[0] ** ax * walls[1] ** bx
                 for my in range(-most_y, most_y + 1):
                     for py in range(2):
                         vy = h[1] - (1 - 2 * py) * e[1] - 2 * my * size[1]
-                        ay, by = _counts(my, py)
+                        ay, by = wall_counts(my, py)
                         left = square - vx * vx - vy * vy
                         flat = ax + bx + ay + by
                         if left < 0.0 or flat > most:
@@ -53,7 +53,7 @@ def lay_rows(
                         gy = gx * walls[2] ** ay * walls[3] ** by
                         for mz in range(-most_z, most_z + 1):
                             for pz in range(2):
-                                az, bz = _counts(mz, pz)
+                                az, bz = wall_counts(mz, pz)
                                 order = flat + az + bz
                                 if order > most or order < least:
                                     continue
@@ -68,7 +68,7 @@ def lay_rows(
                                     continue
                                 ux, uy, uz = vx / length, vy / length, vz / length
                                 gain = gy * walls[4] ** az * walls[5] ** bz / length
-                                gain *= _gain(
+                                gain *= path_gain(
                                     turns[row],
                                     (1 - 2 * px) * ux,
                                     (1 - 2 * py) * uy,
@@ -76,7 +76,7 @@ def lay_rows(
                                     emitting,
                                     first,
                                 )
-                                gain *= _gain(
+                                gain *= path_gain(
                                     hearing[row], -ux, -uy, -uz, listening, second
                                 )
                                 x = 2.0 * (at - place) - 1.0

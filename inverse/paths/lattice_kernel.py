@@ -11,22 +11,25 @@ import numpy as np
 from numba import njit
 
 from inverse.paths.room import GEOMETRY
-from rir.harmonics_kernel import fill_harmonics, order_of, turned_harmonics
+from rir.harmonics_kernel import order_of, turned_harmonics
 
-__all__ = ["accumulate_rows", "render_rows"]
+__all__ = [
+    "accumulate_rows",
+    "add_pulse",
+    "fill_pulse",
+    "fill_slope",
+    "path_gain",
+    "path_slopes",
+    "render_rows",
+    "wall_counts",
+]
 
 NEAREST_M = 0.05
 """Shorter paths count as so long: within a device 1/r does not hold."""
 
 
 @njit(cache=True, fastmath=True)
-def harmonics(x, y, z, order, out):
-    """Write the harmonics of a direction up to `order` into `out`."""
-    fill_harmonics(x, y, z, order, out)
-
-
-@njit(cache=True, fastmath=True)
-def _gain(turn, x, y, z, coefficients, basis):
+def path_gain(turn, x, y, z, coefficients, basis):
     """Return a pattern's gain towards a room direction; fills its harmonics."""
     if len(coefficients) == 1:
         basis[0] = sqrt(0.25 / pi)
@@ -39,7 +42,7 @@ def _gain(turn, x, y, z, coefficients, basis):
 
 
 @njit(cache=True, fastmath=True)
-def _pulse(bank, x, pulse):
+def fill_pulse(bank, x, pulse):
     """Write the taps of a pulse at x = 2 f - 1 of its fraction f into `pulse`."""
     moments, taps = bank.shape
     for tap in range(taps):
@@ -50,7 +53,7 @@ def _pulse(bank, x, pulse):
 
 
 @njit(cache=True, fastmath=True)
-def _slope(bank, x, slope):
+def fill_slope(bank, x, slope):
     """Write the derivative of the taps by the arrival time in samples."""
     moments, taps = bank.shape
     for tap in range(taps):
@@ -61,7 +64,7 @@ def _slope(bank, x, slope):
 
 
 @njit(cache=True, fastmath=True)
-def _add(out, pulse, start, factor):
+def add_pulse(out, pulse, start, factor):
     """Add a pulse that may stand out at either end."""
     first = max(0, -start)
     last = min(len(pulse), len(out) - start)
@@ -70,7 +73,8 @@ def _add(out, pulse, start, factor):
 
 
 @njit(cache=True, fastmath=True)
-def _counts(index, parity):
+def wall_counts(index, parity):
+    """Return how often an image is mirrored in both walls of an axis."""
     return abs(index - parity), abs(index)
 
 
@@ -113,14 +117,14 @@ def render_rows(
         for mx in range(-most_x, most_x + 1):
             for px in range(2):
                 vx = h[0] - (1 - 2 * px) * e[0] - 2 * mx * size[0]
-                ax, bx = _counts(mx, px)
+                ax, bx = wall_counts(mx, px)
                 if vx * vx > reach * reach or ax + bx > most:
                     continue
                 gx = walls[0] ** ax * walls[1] ** bx
                 for my in range(-most_y, most_y + 1):
                     for py in range(2):
                         vy = h[1] - (1 - 2 * py) * e[1] - 2 * my * size[1]
-                        ay, by = _counts(my, py)
+                        ay, by = wall_counts(my, py)
                         left = reach * reach - vx * vx - vy * vy
                         if left < 0.0 or ax + bx + ay + by > most:
                             continue
@@ -128,7 +132,7 @@ def render_rows(
                         for mz in range(-most_z, most_z + 1):
                             for pz in range(2):
                                 vz = h[2] - (1 - 2 * pz) * e[2] - 2 * mz * size[2]
-                                az, bz = _counts(mz, pz)
+                                az, bz = wall_counts(mz, pz)
                                 order = ax + bx + ay + by + az + bz
                                 if vz * vz > left or order > most or order < least:
                                     continue
@@ -140,7 +144,7 @@ def render_rows(
                                     continue
                                 ux, uy, uz = vx / length, vy / length, vz / length
                                 gain = gy * walls[4] ** az * walls[5] ** bz / length
-                                gain *= _gain(
+                                gain *= path_gain(
                                     turns[row],
                                     (1 - 2 * px) * ux,
                                     (1 - 2 * py) * uy,
@@ -148,11 +152,11 @@ def render_rows(
                                     emitting,
                                     first,
                                 )
-                                gain *= _gain(
+                                gain *= path_gain(
                                     hearing[row], -ux, -uy, -uz, listening, second
                                 )
-                                _pulse(bank, 2.0 * (at - row_at) - 1.0, pulse)
-                                _add(out[row], pulse, row_at - lead, gain)
+                                fill_pulse(bank, 2.0 * (at - row_at) - 1.0, pulse)
+                                add_pulse(out[row], pulse, row_at - lead, gain)
 
 
 @njit(cache=True, fastmath=True)
@@ -209,20 +213,20 @@ def accumulate_rows(
         for mx in range(-most_x, most_x + 1):
             for px in range(2):
                 v[0] = h[0] - (1 - 2 * px) * e[0] - 2 * mx * size[0]
-                ax, bx = _counts(mx, px)
+                ax, bx = wall_counts(mx, px)
                 if v[0] * v[0] > reach * reach or ax + bx > most:
                     continue
                 for my in range(-most_y, most_y + 1):
                     for py in range(2):
                         v[1] = h[1] - (1 - 2 * py) * e[1] - 2 * my * size[1]
-                        ay, by = _counts(my, py)
+                        ay, by = wall_counts(my, py)
                         left = reach * reach - v[0] * v[0] - v[1] * v[1]
                         if left < 0.0 or ax + bx + ay + by > most:
                             continue
                         for mz in range(-most_z, most_z + 1):
                             for pz in range(2):
                                 v[2] = h[2] - (1 - 2 * pz) * e[2] - 2 * mz * size[2]
-                                az, bz = _counts(mz, pz)
+                                az, bz = wall_counts(mz, pz)
                                 order = ax + bx + ay + by + az + bz
                                 if v[2] * v[2] > left or order > most or order < least:
                                     continue
@@ -242,7 +246,7 @@ def accumulate_rows(
                                 bare = 1.0 / length
                                 for wall in range(6):
                                     bare *= walls[wall] ** counts[wall]
-                                bare *= _gain(
+                                bare *= path_gain(
                                     hearing[row],
                                     -v[0] / length,
                                     -v[1] / length,
@@ -250,7 +254,7 @@ def accumulate_rows(
                                     listening,
                                     second,
                                 )
-                                leave = _gain(
+                                leave = path_gain(
                                     turns[row],
                                     sign[0] * v[0] / length,
                                     sign[1] * v[1] / length,
@@ -260,35 +264,35 @@ def accumulate_rows(
                                 )
                                 gain = bare * leave
                                 x = 2.0 * (at - row_at) - 1.0
-                                _pulse(bank, x, pulse)
-                                _add(model, pulse, start, gain)
-                                _slope(bank, x, slope)
-                                _path_slopes(
+                                fill_pulse(bank, x, pulse)
+                                add_pulse(model, pulse, start, gain)
+                                fill_slope(bank, x, slope)
+                                path_slopes(
                                     v, length, index, parity, sign, about_e, about_h,
                                     moved,
                                 )  # fmt: skip
                                 for k in range(9):
                                     if active[k]:
-                                        _add(
+                                        add_pulse(
                                             jacobian[k],
                                             slope,
                                             start,
                                             gain * moved[k] * scale,
                                         )
                                 if active[9]:
-                                    by_speed = -length * rate / (speed * speed)
-                                    _add(jacobian[9], slope, start, gain * by_speed)
+                                    later = -length * rate / (speed * speed)
+                                    add_pulse(jacobian[9], slope, start, gain * later)
                                 if active[10]:
-                                    _add(jacobian[10], slope, start, gain)
+                                    add_pulse(jacobian[10], slope, start, gain)
                                 for wall in range(6):
                                     here = GEOMETRY + wall
                                     if active[here] and counts[wall] > 0:
                                         part = gain * counts[wall] / walls[wall]
-                                        _add(jacobian[here], pulse, start, part)
+                                        add_pulse(jacobian[here], pulse, start, part)
                                 for k in range(len(emitting)):
                                     here = GEOMETRY + 6 + k
                                     if active[here]:
-                                        _add(
+                                        add_pulse(
                                             jacobian[here],
                                             pulse,
                                             start,
@@ -307,7 +311,7 @@ def accumulate_rows(
 
 
 @njit(cache=True, fastmath=True)
-def _path_slopes(v, length, index, parity, sign, about_e, about_h, moved):
+def path_slopes(v, length, index, parity, sign, about_e, about_h, moved):
     """Write how a path's length follows the turn, low and high of the box."""
     y0 = about_h[0] * 1.0
     y1 = about_h[1] * 1.0

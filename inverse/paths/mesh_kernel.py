@@ -5,7 +5,13 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
-from inverse.paths.lattice_kernel import NEAREST_M, _add, _gain, _pulse, _slope
+from inverse.paths.lattice_kernel import (
+    NEAREST_M,
+    add_pulse,
+    fill_pulse,
+    fill_slope,
+    path_gain,
+)
 
 __all__ = ["accumulate_paths", "lay_paths", "render_paths"]
 
@@ -106,13 +112,13 @@ def render_paths(
             gain *= factors[walls[k, bounce]]
         gain *= _towards(turns[r], leave[k], emitting, first)
         gain *= _towards(hearing[r], come[k], listening, second)
-        _pulse(bank, 2.0 * (at - start) - 1.0, pulse)
-        _add(out[r], pulse, start - lead, gain)
+        fill_pulse(bank, 2.0 * (at - start) - 1.0, pulse)
+        add_pulse(out[r], pulse, start - lead, gain)
 
 
 @njit(cache=True, fastmath=True)
 def _towards(turn, way, pattern, basis):
-    return _gain(turn, way[0], way[1], way[2], pattern, basis)
+    return path_gain(turn, way[0], way[1], way[2], pattern, basis)
 
 
 @njit(cache=True, fastmath=True)
@@ -191,14 +197,14 @@ def accumulate_paths(
             bare *= _towards(hearing[r], come, listening, second)
             gain = bare * _towards(turns[r], leave, emitting, first)
             x = 2.0 * (at - whole) - 1.0
-            _pulse(bank, x, pulse)
-            _slope(bank, x, slope)
-            _add(model, pulse, start, gain)
+            fill_pulse(bank, x, pulse)
+            fill_slope(bank, x, slope)
+            add_pulse(model, pulse, start, gain)
             if active[0]:
                 by_speed = -length * rate / (speed * speed)
-                _add(jacobian[0], slope, start, gain * by_speed)
+                add_pulse(jacobian[0], slope, start, gain * by_speed)
             if active[1]:
-                _add(jacobian[1], slope, start, gain)
+                add_pulse(jacobian[1], slope, start, gain)
             _plane_slopes(
                 walls[k], order[k], planes, images, heights, come, tilts, centers, moved
             )
@@ -207,12 +213,12 @@ def accumulate_paths(
                 for move in range(3):
                     if active[2 + 3 * p + move]:
                         by = gain * moved[bounce, move] * scale
-                        _add(jacobian[2 + 3 * p + move], slope, start, by)
+                        add_pulse(jacobian[2 + 3 * p + move], slope, start, by)
                 if active[wall_at + p]:
-                    _add(jacobian[wall_at + p], pulse, start, gain / factors[p])
+                    add_pulse(jacobian[wall_at + p], pulse, start, gain / factors[p])
             for j in range(len(emitting)):
                 if active[pattern_at + j]:
-                    _add(jacobian[pattern_at + j], pulse, start, bare * first[j])
+                    add_pulse(jacobian[pattern_at + j], pulse, start, bare * first[j])
         for i in range(n):
             model[i] = targets[r, i] - model[i]
         free = np.dot(slow.T, model)

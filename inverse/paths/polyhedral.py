@@ -22,13 +22,22 @@ from inverse.paths.mesh_room import MeshRoom
 from inverse.paths.polish import polished, without_coloring
 from inverse.paths.polyhedron import Polyhedron
 from inverse.paths.room import OMNI
-from inverse.paths.shoebox import FIRST_FACTOR, ROUNDS, _below, _pattern_size
+from inverse.paths.shoebox import FIRST_FACTOR, ROUNDS, low_passed, pattern_size
 from inverse.rows.direct import DirectSound
 from inverse.rows.fitset import FitSet
 from inverse.rows.unexplained import POOR
 from rir import GainPattern, Poses
 
-__all__ = ["FittedMesh", "fit_drawn", "fit_polyhedron", "mesh_alarms"]
+__all__ = [
+    "WIDE_M",
+    "FittedMesh",
+    "fit_drawn",
+    "fit_polyhedron",
+    "mesh_alarms",
+    "mesh_error",
+    "with_paths",
+    "without_bent",
+]
 
 FloatArray = NDArray[np.float64]
 STAGES = (
@@ -188,26 +197,28 @@ def fit_polyhedron(
     whole = MeshStep(0.5 * rows.sample_rate, MOST_ORDER, 2)
     coloring = Coloring.none(rows.sample_rate)
     room = _with_right_order(few, room)
-    fitted = fit_planes(few, _holding(few, room), whole, few.responses)
-    few, bending = _without_bent(few, fitted.room)
+    fitted = fit_planes(few, with_paths(few, room), whole, few.responses)
+    few, bending = without_bent(few, fitted.room)
     for turn in range(ROUNDS):
-        coloring, room = polished(few, fitted.room, coloring, turn, _total)
+        coloring, room = polished(few, fitted.room, coloring, turn, mesh_error)
         fitted = replace(fitted, room=room)
         if turn < ROUNDS - 1:
             rest = without_coloring(few, fitted.room, coloring)
-            room = _holding(few, fitted.room)
+            room = with_paths(few, fitted.room)
             fitted = fit_planes(few, room, whole, rest)
     spread = family_sd(fitted)
     return FittedMesh(fitted.room.free(), coloring, fitted.plane_sd(), bending, spread)
 
 
-def _without_bent(rows: FitSet, room: MeshRoom) -> tuple[FitSet, bool]:
+def without_bent(rows: FitSet, room: MeshRoom) -> tuple[FitSet, bool]:
     """Take the sound bent around edges out of rows, where it explains some."""
     if not bends(room):
         return rows, False
     bent = bent_sound(room, rows.emitters, rows.listeners, rows.n_samples)
     rest = rows.responses - bent
-    if _total(rows, room, rest) > WORTH_BENDING * _total(rows, room, rows.responses):
+    if mesh_error(rows, room, rest) > WORTH_BENDING * mesh_error(
+        rows, room, rows.responses
+    ):
         return rows, False
     return replace(rows, responses=rest), True
 
@@ -272,14 +283,14 @@ def staged(rows: FitSet, room: MeshRoom, step: MeshStep) -> PlaneFit:
     """Fit a room to the low part of rows, with paths of low order."""
     share = min(2 * step.edge_hz / rows.sample_rate, 1.0)
     bank = ideal_bank(2 * int(np.ceil(8 / share)), share)
-    heard = _below(rows.responses, share)
-    moved = _holding(rows, replace(room, bank=bank, order=step.order))
+    heard = low_passed(rows.responses, share)
+    moved = with_paths(rows, replace(room, bank=bank, order=step.order))
     return fit_planes(rows, moved, step, heard)
 
 
 def _start(rows: FitSet, direct: DirectSound, shape: Polyhedron) -> MeshRoom:
     peak = direct.pulse[int(np.argmax(np.abs(direct.pulse)))]
-    emitting = np.zeros(_pattern_size(rows))
+    emitting = np.zeros(pattern_size(rows))
     emitting[0] = np.sqrt(4 * np.pi) * (peak or 1.0)
     return MeshRoom(
         shape,
@@ -293,7 +304,8 @@ def _start(rows: FitSet, direct: DirectSound, shape: Polyhedron) -> MeshRoom:
     )
 
 
-def _holding(rows: FitSet, room: MeshRoom) -> MeshRoom:
+def with_paths(rows: FitSet, room: MeshRoom) -> MeshRoom:
+    """Return the room with the paths of these rows listed."""
     return room.free().holding(rows.emitters, rows.listeners, rows.n_samples)
 
 
@@ -305,13 +317,13 @@ def _with_right_order(rows: FitSet, room: MeshRoom) -> MeshRoom:
     """
     best, errors, most = 1, [0.0], ORDERS[0]
     for most in ORDERS:
-        held = _holding(rows, replace(room, order=most))
+        held = with_paths(rows, replace(room, order=most))
         paths = held.paths
         if paths is None:
             return room
         deepest = int(paths.order.max(initial=0))
         errors = [
-            _total(rows, replace(held, paths=paths.below(order)), rows.responses)
+            mesh_error(rows, replace(held, paths=paths.below(order)), rows.responses)
             for order in range(deepest + 1)
         ]
         best = int(np.argmin(errors))
@@ -321,5 +333,6 @@ def _with_right_order(rows: FitSet, room: MeshRoom) -> MeshRoom:
     return replace(room, order=most if whole else max(best, 1))
 
 
-def _total(rows: FitSet, room: MeshRoom, target: FloatArray) -> float:
+def mesh_error(rows: FitSet, room: MeshRoom, target: FloatArray) -> float:
+    """Return the squared error of a room's paths, summed over rows."""
     return float(squared_errors(rows, room, target).sum())

@@ -5,8 +5,8 @@ from dataclasses import replace
 from inverse.paths.box_fit import Step, fit_room
 from inverse.paths.mesh_fit import MeshStep, family_sd, fit_planes
 from inverse.paths.polish import polished, without_coloring
-from inverse.paths.polyhedral import FittedMesh, _holding, _total, _without_bent
-from inverse.paths.shoebox import FittedRoom, _squares
+from inverse.paths.polyhedral import FittedMesh, mesh_error, with_paths, without_bent
+from inverse.paths.shoebox import FittedRoom, box_error
 from inverse.rows.fitset import FitSet
 
 __all__ = ["resumed"]
@@ -46,7 +46,7 @@ def resumed(
     rest = without_coloring(few, fitted.room, fitted.coloring)
     whole = Step(0.5 * rows.sample_rate, fitted.room.order, turns)
     found = fit_room(few, fitted.room, whole, rest)
-    coloring, room = polished(few, found.room, fitted.coloring, 1, _squares)
+    coloring, room = polished(few, found.room, fitted.coloring, 1, box_error)
     return replace(
         fitted,
         room=room,
@@ -57,13 +57,13 @@ def resumed(
 
 
 def _mesh(few: FitSet, fitted: FittedMesh, turns: int) -> FittedMesh:
-    room = _holding(few, fitted.room)
+    room = with_paths(few, fitted.room)
     if fitted.bending:
-        few, _ = _without_bent(few, room)
+        few, _ = without_bent(few, room)
     whole = MeshStep(0.5 * few.sample_rate, room.order, turns)
     rest = without_coloring(few, room, fitted.coloring)
     found = fit_planes(few, room, whole, rest)
-    coloring, room = polished(few, found.room, fitted.coloring, 1, _total)
+    coloring, room = polished(few, found.room, fitted.coloring, 1, mesh_error)
     return replace(
         fitted,
         room=room.free(),

@@ -17,7 +17,18 @@ from inverse.rows.direct import DirectSound
 from inverse.rows.fitset import FitSet
 from rir import GainPattern, Poses
 
-__all__ = ["FittedRoom", "fit_shoebox", "with_right_order", "without_slow"]
+__all__ = [
+    "FIRST_FACTOR",
+    "ORDERS",
+    "ROUNDS",
+    "FittedRoom",
+    "box_error",
+    "fit_shoebox",
+    "low_passed",
+    "pattern_size",
+    "with_right_order",
+    "without_slow",
+]
 
 FloatArray = NDArray[np.float64]
 STAGES = (
@@ -140,7 +151,7 @@ def fit_shoebox(
     fitted = fit_room(few, room, whole, few.responses)
     fitted = replace(fitted, room=with_right_order(few, fitted.room))
     for turn in range(ROUNDS):
-        coloring, room = polished(few, fitted.room, coloring, turn, _squares)
+        coloring, room = polished(few, fitted.room, coloring, turn, box_error)
         fitted = replace(fitted, room=room)
         if turn < ROUNDS - 1:
             rest = without_coloring(few, fitted.room, coloring)
@@ -165,7 +176,7 @@ def _going_on(room: BoxRoom, known: BoxRoom) -> BoxRoom:
 
 def _start(rows: FitSet, direct: DirectSound, box: OrientedBox) -> BoxRoom:
     peak = direct.pulse[int(np.argmax(np.abs(direct.pulse)))]
-    emitting = np.zeros(_pattern_size(rows))
+    emitting = np.zeros(pattern_size(rows))
     emitting[0] = np.sqrt(4 * np.pi) * (peak or 1.0)
     return BoxRoom(
         box,
@@ -179,7 +190,7 @@ def _start(rows: FitSet, direct: DirectSound, box: OrientedBox) -> BoxRoom:
     )
 
 
-def _pattern_size(rows: FitSet) -> int:
+def pattern_size(rows: FitSet) -> int:
     """Return the harmonics that the rows' directions can tell apart."""
     order = PATTERN_ORDER
     while order > 0 and len(rows) < 2 * (order + 1) ** 2:
@@ -190,12 +201,12 @@ def _pattern_size(rows: FitSet) -> int:
 def _staged(rows: FitSet, room: BoxRoom, step: Step) -> BoxRoom:
     share = min(2 * step.edge_hz / rows.sample_rate, 1.0)
     bank = ideal_bank(2 * int(np.ceil(8 / share)), share)
-    heard = _below(rows.responses, share)
+    heard = low_passed(rows.responses, share)
     moved = replace(room, bank=bank, order=step.order)
     return fit_room(rows, moved, step, heard).room
 
 
-def _below(responses: FloatArray, share: float) -> FloatArray:
+def low_passed(responses: FloatArray, share: float) -> FloatArray:
     """Return responses through the low-pass whose pulse `ideal_bank` has."""
     half = int(np.ceil(8 / share))
     at = np.arange(-half, half + 1)
@@ -234,6 +245,7 @@ def without_slow(responses: FloatArray, sample_rate: float) -> FloatArray:
     return responses - (responses @ slow) @ slow.T
 
 
-def _squares(rows: FitSet, room: BoxRoom, target: FloatArray) -> float:
+def box_error(rows: FitSet, room: BoxRoom, target: FloatArray) -> float:
+    """Return the squared error of a box's images above 60 Hz, summed over rows."""
     gap = target - _rendered(rows, room)
     return float((without_slow(gap, rows.sample_rate) ** 2).sum())
