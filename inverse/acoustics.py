@@ -10,7 +10,7 @@ import numpy as np
 from inverse.array_parts import part_of, prefixed
 from inverse.bands.fitted_bands import bands_of
 from inverse.blend.aligned import AlignedRows
-from inverse.blend.blend import Rest
+from inverse.blend.blend import Blend
 from inverse.blend.fallback import NearestRows
 from inverse.objects.found_objects import FoundObjects
 from inverse.paths.polyhedral import FittedMesh
@@ -39,7 +39,7 @@ class Acoustics:
         sounds are sure, None where not even they are.
     rows : NearestRows or None
         Held only where nothing is fitted.
-    rest : Rest or None
+    blend : Blend or None
         What fills in for the paths; None where they explain all.
     unexplained : float
         Part of the energy of the fitted rows that paths do not tell.
@@ -51,7 +51,7 @@ class Acoustics:
 
     fitted: FittedRoom | FittedMesh | None
     rows: NearestRows | None
-    rest: Rest | None
+    blend: Blend | None
     unexplained: float
     alarms: list[str] = field(default_factory=list)
     recording: dict[str, Any] = field(default_factory=dict)
@@ -64,9 +64,9 @@ class Acoustics:
             early = self.rows.predict(emitters, listeners, n_samples)
         else:
             early = np.zeros((len(emitters), n_samples))
-        if self.rest is None:
+        if self.blend is None:
             return early
-        return self.rest.apply(early, emitters, listeners)
+        return self.blend.apply(early, emitters, listeners)
 
     def left_out(self, rows: FitSet, among: FitSet) -> FloatArray:
         """Return answers to measured rows without those of the same emitter place.
@@ -80,25 +80,25 @@ class Acoustics:
         """
         if self.rows is not None:
             return self.rows.left_out(rows)
-        if self.fitted is None or self.rest is None:
+        if self.fitted is None or self.blend is None:
             return AlignedRows.of(among).left_out(rows)
         early = self.fitted.predict(rows.emitters, rows.listeners, rows.n_samples)
-        return self.rest.left_out(early, rows)
+        return self.blend.left_out(early, rows)
 
     @property
     def latency_s(self) -> float:
         """Seconds before every arrival, as fitted."""
         return 0.0 if self.fitted is None else float(self.fitted.room.latency_s)
 
-    def mean_speed(self, told: float) -> float:
+    def mean_speed(self, stated: float) -> float:
         """Return the speed of sound that answers are given for.
 
         By the mean of the logged temperatures; where none was, as it was fitted, or
-        without a room `told`.
+        without a room as `stated`.
         """
         if "temperature_c" in self.recording:
             return speed_of_sound(self.recording["temperature_c"])
-        return told if self.fitted is None else float(self.fitted.speed_of_sound)
+        return stated if self.fitted is None else float(self.fitted.speed_of_sound)
 
     def emitter_gain(self) -> GainPattern:
         """Return the emitter's pattern, with a mean gain of 1 over directions."""
@@ -110,17 +110,17 @@ class Acoustics:
 
     def report(self) -> dict[str, Any]:
         """Return what was found, in plain values."""
-        told = {"alarms": list(self.alarms), "unexplained": float(self.unexplained)}
-        told |= self.recording
-        if self.rest is not None:
-            told["held_out"] = self.rest.proof.scores
+        report = {"alarms": list(self.alarms), "unexplained": float(self.unexplained)}
+        report |= self.recording
+        if self.blend is not None:
+            report["held_out"] = self.blend.proof.scores
         if self.fitted is None:
-            return told | {"walls": 0}
+            return report | {"walls": 0}
         if isinstance(self.fitted, FittedMesh):
-            return told | self.fitted.report()
+            return report | self.fitted.report()
         room, spread = self.fitted.room, self.fitted.spreads()
         heard, found = room.box.found, FoundObjects.of(bands_of(self.fitted))
-        return told | {
+        return report | {
             "walls": int(heard.sum()),
             "planes": room.box.planes[heard].tolist(),
             "plane_sd_m": self.fitted.wall_sd()[heard].tolist(),
@@ -146,8 +146,8 @@ class Acoustics:
             arrays |= prefixed("room", room_arrays(self.fitted))
         if self.rows is not None:
             arrays |= prefixed("rows", vars(self.rows))
-        if self.rest is not None:
-            arrays |= prefixed("rest", self.rest.as_arrays())
+        if self.blend is not None:
+            arrays |= prefixed("rest", self.blend.as_arrays())
         return {name: np.asarray(value) for name, value in arrays.items()}
 
     def save(self, path: Path) -> Path:
@@ -176,7 +176,7 @@ class Acoustics:
     def from_arrays(cls, arrays: dict[str, np.ndarray]) -> "Acoustics":
         """Rebuild what :meth:`as_arrays` returned."""
         room, rows = part_of(arrays, "room"), part_of(arrays, "rows")
-        rest = part_of(arrays, "rest")
+        blend = part_of(arrays, "rest")
         nearest = None
         if rows:
             rows["samples_a_metre"] = float(rows["samples_a_metre"])  # type: ignore
@@ -187,7 +187,7 @@ class Acoustics:
         return cls(
             FittedMesh.from_arrays(mesh) if mesh else fitted,
             nearest,
-            Rest.from_arrays(rest) if rest else None,
+            Blend.from_arrays(blend) if blend else None,
             float(arrays["unexplained"]),
             [str(one) for one in arrays["told"]],
             json.loads(str(arrays.get("recording", "{}"))),

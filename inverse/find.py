@@ -9,20 +9,20 @@ from threadpoolctl import threadpool_limits
 from inverse.acoustics import Acoustics
 from inverse.banded_fit import in_half_octaves
 from inverse.bands.fitted_bands import FittedBandedRoom
-from inverse.blend.blend import Rest
+from inverse.blend.blend import Blend
 from inverse.blend.fallback import NearestRows
 from inverse.guard import guarded
 from inverse.paths.air import at_one_temperature, logged_temperature
-from inverse.paths.long_rows import followed
+from inverse.paths.long_rows import reach_row_ends
 from inverse.paths.open_air import fit_open_air
 from inverse.paths.oriented_box import OrientedBox
 from inverse.paths.polyhedral import WIDE_M, FittedMesh, fit_drawn, mesh_alarms
 from inverse.paths.polyhedron import Polyhedron
 from inverse.paths.recording import (
-    Settled,
-    settle_air,
-    settle_listener,
-    settle_places,
+    RecordedRoom,
+    find_listener,
+    fit_air,
+    move_places,
 )
 from inverse.paths.room import MOST_IMAGES
 from inverse.paths.shoebox import FittedRoom, fit_shoebox
@@ -30,7 +30,7 @@ from inverse.rows.direct import read_direct
 from inverse.rows.fitset import FitSet
 from inverse.rows.outlier_rows import outlier_rows
 from inverse.rows.pose_spread import pose_alarms
-from inverse.rows.suspect_rows import doubtful_rows, doubtful_words
+from inverse.rows.suspect_rows import suspect_alarms, suspect_rows
 from inverse.rows.unexplained import BELIEVED, EXACT, POOR
 from inverse.rows.units import checked_units
 from inverse.walls.box_search import search_box
@@ -136,7 +136,7 @@ def without_outliers(rows: FitSet, find: Callable[[FitSet], Acoustics]) -> Acous
     again = find(rows.rows(np.flatnonzero(~outliers)))
     if again.fitted is None or again.unexplained > BETTER * first.unexplained:
         return first
-    again.alarms.extend(doubtful_words(rows, outliers))
+    again.alarms.extend(suspect_alarms(rows, outliers))
     return again
 
 
@@ -187,19 +187,19 @@ def room_in_rows(
     if shape is None:
         fitted, alarms = join_rooms(known, fitted, alarms, reach_s, listening)
     if fitted is not None:
-        settled = settle_places(_sounding(known), settled.onto(fitted), pose_sd_m)
+        settled = move_places(_sounding(known), settled.onto(fitted), pose_sd_m)
         fitted = settled.fitted
     patterns = listening, emitting, aimed
     if fitted is None:
         return _without_room(rows, alarms, late, *patterns)
     heard = _sounding(rows)
-    fitted = followed(heard, fitted)
+    fitted = reach_row_ends(heard, fitted)
     judged = heard.spread(_judged_rows(rows.n_samples))
     judged = settled.placed(judged, fitted, pose_sd_m)
     early = fitted.predict(judged.emitters, judged.listeners, rows.n_samples)
-    doubtful = doubtful_rows(judged, early)
-    alarms += doubtful_words(judged, doubtful)
-    judged, early = judged.rows(np.flatnonzero(~doubtful)), early[~doubtful]
+    suspect = suspect_rows(judged, early)
+    alarms += suspect_alarms(judged, suspect)
+    judged, early = judged.rows(np.flatnonzero(~suspect)), early[~suspect]
     loud = max(float((judged.responses**2).sum()), 1e-300)
     unexplained = float(((judged.responses - early) ** 2).sum()) / loud
     # where geometry says nothing it must not be believed
@@ -224,14 +224,14 @@ def room_in_rows(
             "second emitter place"
         )
     recorded = logged_temperature(rows) | settled.found
-    rest = None
+    blend = None
     # half octaves hold their own energies; what they leave is no late sound
     whole = _banded(fitted) and rows.n_samples <= short.n_samples
     if late and unexplained > (BELIEVED if whole else EXACT):
         late_s = _latency(fitted)
-        rest = Rest.fit(heard, judged, early, fitted, aimed=aimed, latency_s=late_s)
-        alarms += rest.alarms
-    return Acoustics(fitted, None, rest, unexplained, alarms, recorded)
+        blend = Blend.fit(heard, judged, early, fitted, aimed=aimed, latency_s=late_s)
+        alarms += blend.alarms
+    return Acoustics(fitted, None, blend, unexplained, alarms, recorded)
 
 
 def _judged_rows(n_samples: int) -> int:
@@ -250,21 +250,21 @@ def _fitted(
     reach_s: float,
     listening: GainPattern | None,
     shape: Polyhedron | None,
-) -> tuple[Settled, list[str]]:
+) -> tuple[RecordedRoom, list[str]]:
     if len(rows) < LEAST_ROWS or rows.n_samples < LEAST_SAMPLES:
-        return Settled(None), [
+        return RecordedRoom(None), [
             f"{len(rows)} responses of {rows.n_samples} samples are too few to look "
             f"for walls in; at least {LEAST_ROWS} of {LEAST_SAMPLES} are needed"
         ]
     rows = _sounding(rows)
     if len(rows) < LEAST_ROWS:
-        return Settled(None), [
+        return RecordedRoom(None), [
             "too few responses hold sound and stand apart from their emitter"
         ]
     direct = read_direct(rows)
     clear = direct.clearness >= LEAST_CLEARNESS
     if not clear and (shape is not None or rows.n_places > 1):
-        return Settled(None), [NO_DIRECT]
+        return RecordedRoom(None), [NO_DIRECT]
     alarms = []
     if shape is not None:
         drawn, alarms = fit_drawn(rows, direct, shape, reach_s, listening)
@@ -279,19 +279,19 @@ def _fitted(
     boxes = [box for box in scan.boxes if box.found.sum() >= LEAST_WALLS]
     if not boxes:
         alarms.append(NO_PLANE if clear else NO_DIRECT)
-        return Settled(None), alarms
+        return RecordedRoom(None), alarms
     try:
         found = search_box(rows, direct, boxes, scan.signals)
         # of one loudspeaker turned away few direct sounds tell; a whole box may
         if not clear and found.unexplained > TOLD:
-            return Settled(None), [NO_DIRECT]
+            return RecordedRoom(None), [NO_DIRECT]
         reach_m = _longest(rows, found.box, reach_s)
         listed_s = reach_m / (AHEAD * rows.speed_of_sound) + direct.latency_s
         rows = rows.cut(round(listed_s * rows.sample_rate))
         fitted = fit_shoebox(rows, direct, found.box, reach_m, listening, found.room)
     except np.linalg.LinAlgError:
         alarms.append("the fit of the walls found did not come to an end")
-        return Settled(None), alarms
+        return RecordedRoom(None), alarms
     settled = _settled(rows, fitted, listening)
     rows = settled.even(rows)
     if isinstance(settled.fitted, FittedRoom):
@@ -311,12 +311,12 @@ def _fitted(
 
 def _settled(
     rows: FitSet, fitted: FittedRoom | FittedMesh, listening: GainPattern | None
-) -> Settled:
+) -> RecordedRoom:
     """Return the room with the air of each block and a listener nobody stated."""
-    settled = settle_air(rows, fitted)
+    settled = fit_air(rows, fitted)
     if listening is not None:
         return settled
-    return settle_listener(settled.even(rows), settled)
+    return find_listener(settled.even(rows), settled)
 
 
 def _longest(rows: FitSet, box: OrientedBox, reach_s: float) -> float:
@@ -348,9 +348,9 @@ def _without_room(
     judged = heard.spread(_judged_rows(rows.n_samples))
     early = air.predict(judged.emitters, judged.listeners, rows.n_samples)
     latency = direct.latency_s
-    rest = Rest.fit(heard, judged, early, air, aimed=aimed, latency_s=latency)
-    alarms += ["direct sounds, interpolated rows and late sound answer", *rest.alarms]
-    return Acoustics(air, None, rest, 1.0, alarms)
+    blend = Blend.fit(heard, judged, early, air, aimed=aimed, latency_s=latency)
+    alarms += ["direct sounds, interpolated rows and late sound answer", *blend.alarms]
+    return Acoustics(air, None, blend, 1.0, alarms)
 
 
 def _sounding(rows: FitSet) -> FitSet:

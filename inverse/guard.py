@@ -31,18 +31,18 @@ def guarded(acoustics: Acoustics, rows: FitSet) -> Acoustics:
     rows : FitSet
         All measured rows.
     """
-    fitted, rest = acoustics.fitted, acoustics.rest
-    if fitted is None or rest is None or acoustics.unexplained < BELIEVED:
+    fitted, blend = acoustics.fitted, acoustics.blend
+    if fitted is None or blend is None or acoustics.unexplained < BELIEVED:
         return acoustics
     if len(rows) < LEAST_ROWS:
         return acoustics
     # rows laid on their direct sounds are seldom worse than the nearest of them
-    if error_ratio(rest.proof, "path", "rows") < SURE:
+    if error_ratio(blend.proof, "path", "rows") < SURE:
         return acoustics
     nearest = NearestRows.of(rows)
     judged = rows.spread(MOST_ROWS)
     early = fitted.predict(judged.emitters, judged.listeners, rows.n_samples)
-    own = rest.left_out(early, judged)
+    own = blend.left_out(early, judged)
     proof = prove(judged, {"own": own, "nearest": nearest.left_out(judged)})
     if not beaten_by_nearest(proof, "own"):
         return acoustics
@@ -54,7 +54,7 @@ def guarded(acoustics: Acoustics, rows: FitSet) -> Acoustics:
         acoustics,
         fitted=None,
         rows=nearest,
-        rest=None,
+        blend=None,
         unexplained=1.0,
         alarms=[words, *(f"of what is not used: {one}" for one in acoustics.alarms)],
     )
@@ -70,13 +70,13 @@ def needs_network(acoustics: Acoustics, rows: FitSet) -> bool:
     """
     if len(rows) < LEAST_NETWORK_ROWS or checked_units(rows)[1]:
         return False
-    rest = acoustics.rest
-    if rest is None:
+    blend = acoustics.blend
+    if blend is None:
         kept = acoustics.rows
         silent = kept is not None and not kept.responses.any()
         return acoustics.fitted is None and not silent
     walls = acoustics.report()["walls"]
     if walls and acoustics.unexplained <= POOR:
         return False
-    scores = rest.proof.scores
-    return "rows" not in scores or rest.proof.ratio("path", "rows") > ENOUGH
+    scores = blend.proof.scores
+    return "rows" not in scores or blend.proof.ratio("path", "rows") > ENOUGH

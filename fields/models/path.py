@@ -195,7 +195,7 @@ def fit(data: FieldData, config: Config, plan: TrainingPlan) -> PathField:
     )
     joined, steps = None, config.network_steps
     if steps > 0 and config.late and needs_network(acoustics, rows):
-        alike = not aimed and not (acoustics.rest and acoustics.rest.aimed)
+        alike = not aimed and not (acoustics.blend and acoustics.blend.aimed)
         answers = partial(acoustics.left_out, among=rows)
         joined, message = join_network(answers, rows, data, plan, steps, alike=alike)
         acoustics.alarms.append(message)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from inverse.array_parts import part_of
 from inverse.blend.aligned import AlignedRows
-from inverse.blend.direct_levels import Launch
+from inverse.blend.direct_levels import DirectLevels
 from inverse.blend.mixture import mix, mixing_weights
 from inverse.late.completion import Completion
 from inverse.late.measured_energies import MeasuredEnergies
@@ -28,7 +28,7 @@ from inverse.rows.tiles import Tiles
 from inverse.rows.unexplained import BELIEVED
 from rir import Poses
 
-__all__ = ["Rest"]
+__all__ = ["Blend"]
 
 FloatArray = NDArray[np.float64]
 AIMED = 0.3
@@ -40,7 +40,7 @@ ROWS_S = 0.25
 
 
 @dataclass(frozen=True, eq=False)
-class Rest:
+class Blend:
     """Complete what paths say.
 
     Parameters
@@ -55,7 +55,7 @@ class Rest:
         Energies and late sound.
     guided : bool
         Whether energies are those of interpolated rows, in place of the mixture's.
-    launch : Launch or None
+    levels : DirectLevels or None
         Levels of direct sounds.
     proof : Proof
         Scores at emitters left out.
@@ -68,7 +68,7 @@ class Rest:
     weights: FloatArray
     completion: Completion
     guided: bool = False
-    launch: Launch | None = None
+    levels: DirectLevels | None = None
     proof: Proof = field(default_factory=Proof)
     alarms: list[str] = field(default_factory=list)
 
@@ -82,7 +82,7 @@ class Rest:
         *,
         aimed: bool | None = None,
         latency_s: float = 0.0,
-    ) -> "Rest":
+    ) -> "Blend":
         """Learn from measured rows what paths leave open.
 
         Parameters
@@ -106,41 +106,43 @@ class Rest:
         kept = None
         if len(rows) >= LEAST_ROWS:
             kept = AlignedRows.of(rows.cut(round(ROWS_S * rows.sample_rate)))
-        said = [early]
+        voices = [early]
         if kept is not None:
-            said.append(kept.left_out(judged))
+            voices.append(kept.left_out(judged))
             if aimed:
-                said.append(kept.left_out(judged, aimed=True))
+                voices.append(kept.left_out(judged, aimed=True))
         measured = MeasuredEnergies.of(judged, paths)
         found = {}
-        weights = mixing_weights(judged.responses, said, tiles)
-        mixed = mix(tiles, weights, said)
-        for name, guide in _guides(judged, said).items():
+        weights = mixing_weights(judged.responses, voices, tiles)
+        mixed = mix(tiles, weights, voices)
+        for name, guide in _guides(judged, voices).items():
             known = Completion.fit(judged, mixed, paths, measured=measured, guide=guide)
             ends = judged.emitters, judged.listeners
             found[name] = known, known.apply(mixed, *ends, guide)
-        answers = {name: one[1] for name, one in found.items()}
-        scores = prove(judged, answers if len(found) > 1 else {})
+        tried = {name: one[1] for name, one in found.items()}
+        scores = prove(judged, tried if len(found) > 1 else {})
         best = scores.best if len(found) > 1 else next(iter(found))
         known = {"path": scores.scores[best]} if len(found) > 1 else {}
-        completion, told = found[best]
+        completion, answer = found[best]
         guided = best == "rows"
         if not guided and not weights[1:].any():
             kept, weights = None, weights[:1]
         aimed = aimed and kept is not None
         parts = kept, aimed, weights, completion, guided
         rest = cls(*parts, alarms=completion.alarms)
-        launch = None
+        levels = None
         if aimed and judged.n_places > 1:
-            launch = Launch.fit(judged, told, latency_s)
-            moved = launch.apply(told, judged.emitters, judged.listeners)
-            better = prove(judged, {"path": told, "moved": moved}, known)
+            levels = DirectLevels.fit(judged, answer, latency_s)
+            moved = levels.apply(answer, judged.emitters, judged.listeners)
+            better = prove(judged, {"path": answer, "moved": moved}, known)
             known = {"path": better.scores[better.best]}
-            launch, told = (launch, moved) if better.best == "moved" else (None, told)
-        answers = {"path": told}
-        if len(said) > 1:
-            answers["rows"] = said[1]
-        return replace(rest, launch=launch, proof=prove(judged, answers, known))
+            levels, answer = (
+                (levels, moved) if better.best == "moved" else (None, answer)
+            )
+        final = {"path": answer}
+        if len(voices) > 1:
+            final["rows"] = voices[1]
+        return replace(rest, levels=levels, proof=prove(judged, final, known))
 
     def apply(self, early: FloatArray, emitters: Poses, listeners: Poses) -> FloatArray:
         """Return completed responses, shape (rows, n_samples).
@@ -152,32 +154,32 @@ class Rest:
         emitters, listeners : Poses
             The ends.
         """
-        said = [early]
+        voices = [early]
         if self.rows is not None:
             ends = emitters, listeners, early.shape[1]
-            said.append(self.rows.predict(*ends))
+            voices.append(self.rows.predict(*ends))
             if self.aimed:
-                said.append(self.rows.predict(*ends, aimed=True))
-        return self._completed(said, emitters, listeners)
+                voices.append(self.rows.predict(*ends, aimed=True))
+        return self._completed(voices, emitters, listeners)
 
     def left_out(self, early: FloatArray, rows: FitSet) -> FloatArray:
         """Return the same of measured rows, told by other emitters' rows only."""
-        said = [early]
+        voices = [early]
         if self.rows is not None:
-            said.append(self.rows.left_out(rows))
+            voices.append(self.rows.left_out(rows))
             if self.aimed:
-                said.append(self.rows.left_out(rows, aimed=True))
-        return self._completed(said, rows.emitters, rows.listeners)
+                voices.append(self.rows.left_out(rows, aimed=True))
+        return self._completed(voices, rows.emitters, rows.listeners)
 
     def _completed(
-        self, said: list[FloatArray], emitters: Poses, listeners: Poses
+        self, voices: list[FloatArray], emitters: Poses, listeners: Poses
     ) -> FloatArray:
-        mixed = mix(self.completion.tiles, self.weights, said)
-        guide = said[1] if self.guided else None
-        told = self.completion.apply(mixed, emitters, listeners, guide)
-        if self.launch is not None:
-            told = self.launch.apply(told, emitters, listeners)
-        return told
+        mixed = mix(self.completion.tiles, self.weights, voices)
+        guide = voices[1] if self.guided else None
+        answer = self.completion.apply(mixed, emitters, listeners, guide)
+        if self.levels is not None:
+            answer = self.levels.apply(answer, emitters, listeners)
+        return answer
 
     def as_arrays(self) -> dict[str, np.ndarray]:
         """Return everything as plain arrays, for a file."""
@@ -186,7 +188,7 @@ class Rest:
             "aimed": np.array(self.aimed),
             "guided": np.array(self.guided),
         }
-        parts = {"rows": self.rows, "launch": self.launch}
+        parts = {"rows": self.rows, "launch": self.levels}
         for name, part in parts.items():
             held = {} if part is None else vars(part)
             arrays |= {f"{name}.{key}": np.asarray(one) for key, one in held.items()}
@@ -196,28 +198,28 @@ class Rest:
         return arrays | {f"late.{name}": one for name, one in late.items()}
 
     @classmethod
-    def from_arrays(cls, arrays: dict[str, np.ndarray]) -> "Rest":
+    def from_arrays(cls, arrays: dict[str, np.ndarray]) -> "Blend":
         """Rebuild what :meth:`as_arrays` returned."""
-        rows, launch = part_of(arrays, "rows"), part_of(arrays, "launch")
+        rows, levels = part_of(arrays, "rows"), part_of(arrays, "launch")
         return cls(
             AlignedRows(**_with_scalars(rows)) if rows else None,  # type: ignore
             bool(arrays["aimed"]),
             arrays["weights"],
             Completion.from_arrays(part_of(arrays, "late")),
             bool(arrays.get("guided", False)),
-            Launch(**_with_scalars(launch)) if launch else None,  # type: ignore
+            DirectLevels(**_with_scalars(levels)) if levels else None,  # type: ignore
             Proof(json.loads(str(arrays["proof"]))),
             [str(one) for one in arrays["alarms"]],
         )
 
 
-def _guides(judged: FitSet, said: list[FloatArray]) -> dict[str, FloatArray | None]:
+def _guides(judged: FitSet, voices: list[FloatArray]) -> dict[str, FloatArray | None]:
     """Return whose energies are worth believing: rows' as well where paths are poor."""
-    left = judged.responses - said[0]
+    left = judged.responses - voices[0]
     loud = float((judged.responses**2).sum())
-    if len(said) < 2 or float((left**2).sum()) < BELIEVED * loud:
+    if len(voices) < 2 or float((left**2).sum()) < BELIEVED * loud:
         return {"mixture": None}
-    return {"mixture": None, "rows": said[1]}
+    return {"mixture": None, "rows": voices[1]}
 
 
 def _with_scalars(arrays: dict[str, np.ndarray]) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from inverse.rows.fitset import FitSet
 from rir import Poses
 from rir.harmonics import evaluate_harmonics
 
-__all__ = ["Launch"]
+__all__ = ["DirectLevels"]
 
 FloatArray = NDArray[np.float64]
 ORDER = 4
@@ -35,7 +35,7 @@ RINGING_S = 0.004
 
 
 @dataclass(frozen=True, eq=False)
-class Launch:
+class DirectLevels:
     """Hold the level of direct sounds in bands.
 
     Parameters
@@ -55,33 +55,35 @@ class Launch:
     sample_rate: float
 
     @classmethod
-    def fit(cls, rows: FitSet, told: FloatArray, latency_s: float) -> "Launch":
-        """Fit levels of measured rows and ask where they beat what was told.
+    def fit(cls, rows: FitSet, answers: FloatArray, latency_s: float) -> "DirectLevels":
+        """Fit levels of measured rows and find where they beat the answers'.
 
         Parameters
         ----------
         rows : FitSet
             Measured rows.
-        told : ndarray, shape (rows, n)
-            Answers to their ends that have not heard their emitter.
+        answers : ndarray, shape (rows, n)
+            Predictions for their ends, without rows of their emitter.
         latency_s : float
             Of every arrival.
         """
         timing = rows.distances, rows.speed_of_sound, latency_s, rows.sample_rate
-        heard, gap = (_levels(one, *timing) for one in (rows.responses, told))
-        gap = gap - heard
+        measured, gap = (_levels(one, *timing) for one in (rows.responses, answers))
+        gap = gap - measured
         basis = _basis(rows.emitters, rows.listeners)
-        count = heard.shape[1]
-        left_out = np.full(heard.shape, np.nan)
+        count = measured.shape[1]
+        left_out = np.full(measured.shape, np.nan)
         for place in np.unique(rows.places):
             here = rows.places == place
             if here.all():
                 break
-            left_out[here] = basis[here] @ _solved(basis[~here], heard[~here]).T
-        own = np.array([_square(left_out[:, k] - heard[:, k]) for k in range(count)])
+            left_out[here] = basis[here] @ _solved(basis[~here], measured[~here]).T
+        own = np.array([_square(left_out[:, k] - measured[:, k]) for k in range(count)])
         others = np.array([_square(gap[:, k]) for k in range(count)])
         trust = np.where(np.isfinite(own), others / np.maximum(own + others, 1e-300), 0)
-        return cls(_solved(basis, heard), trust, latency_s, timing[1], rows.sample_rate)
+        return cls(
+            _solved(basis, measured), trust, latency_s, timing[1], rows.sample_rate
+        )
 
     def apply(
         self, answer: FloatArray, emitters: Poses, listeners: Poses
@@ -118,8 +120,8 @@ def _levels(
     timing = reach, speed, latency_s, sample_rate
     spectra, masks = _spectra(responses, *timing)
     energy = (np.abs(spectra) ** 2) @ masks.T
-    heard = energy > QUIET * max(float(energy.max(initial=0.0)), 1e-300)
-    return np.log(energy, out=np.full(energy.shape, np.nan), where=heard)
+    measured = energy > QUIET * max(float(energy.max(initial=0.0)), 1e-300)
+    return np.log(energy, out=np.full(energy.shape, np.nan), where=measured)
 
 
 def _spectra(

@@ -59,8 +59,8 @@ class NearestRows:
         few = rows.spread(MOST_ROWS)
         if len(few) < LEAST_ROWS or not few.responses.any():
             return kept
-        told = {"kept": kept.left_out(few), "still": still.left_out(few)}
-        return kept if prove(few, told).best == "kept" else still
+        tried = {"kept": kept.left_out(few), "still": still.left_out(few)}
+        return kept if prove(few, tried).best == "kept" else still
 
     def predict(self, emitters: Poses, listeners: Poses, n_samples: int) -> FloatArray:
         """Return the nearest rows, shape (queries, n_samples)."""

@@ -18,8 +18,8 @@ from rir.physics import speed_of_sound
 __all__ = [
     "BlockAir",
     "at_one_temperature",
-    "hear_blocks",
     "logged_temperature",
+    "read_block_air",
     "speed_at",
     "stretched",
 ]
@@ -82,8 +82,8 @@ def at_one_temperature(rows: FitSet, latency_s: float = 0.0) -> FitSet:
     if not known.any() or np.ptp(rows.temperatures[known]) < 1e-3:
         return rows
     mean = float(rows.temperatures[known].mean())
-    told = np.where(known, rows.temperatures, mean)
-    speeds = np.array([speed_of_sound(one) for one in told])
+    filled = np.where(known, rows.temperatures, mean)
+    speeds = np.array([speed_of_sound(celsius) for celsius in filled])
     mean_speed = speed_of_sound(mean)
     rows = replace(rows, speed_of_sound=mean_speed)
     return _brought(rows, speeds / mean_speed, latency_s)
@@ -97,8 +97,12 @@ def logged_temperature(rows: FitSet) -> dict[str, float]:
     return {"temperature_c": float(known.mean())} if len(known) else {}
 
 
-def hear_blocks(
-    rows: FitSet, told: FloatArray, latency_s: float, *, even: BlockAir | None = None
+def read_block_air(
+    rows: FitSet,
+    predicted: FloatArray,
+    latency_s: float,
+    *,
+    even: BlockAir | None = None,
 ) -> BlockAir:
     """Return each block's speed of sound over the mean.
 
@@ -106,7 +110,7 @@ def hear_blocks(
     ----------
     rows : FitSet
         Measured rows, as far as paths are listed.
-    told : ndarray, shape (rows, n_samples)
+    predicted : ndarray, shape (rows, n_samples)
         What the room answers for them in mean air.
     latency_s : float
         Instant that times are stretched about.
@@ -127,7 +131,7 @@ def hear_blocks(
     known = rows.temperatures is not None and np.isfinite(rows.temperatures).any()
     sigma = LOGGED_SD if known else GUESSED_SD
     for edge in EDGES_HZ:
-        model, slope = _sloped(told, edge, rows.sample_rate, latency_s)
+        model, slope = _sloped(predicted, edge, rows.sample_rate, latency_s)
         for _ in range(TURNS):
             heard = _low(found.even(rows, latency_s).responses, edge, rows.sample_rate)
             found = _stepped(found, rows.blocks, heard - model, slope, sigma)
@@ -198,10 +202,10 @@ def _low(responses: FloatArray, edge: float, sample_rate: float) -> FloatArray:
 
 
 def _sloped(
-    told: FloatArray, edge: float, sample_rate: float, latency_s: float
+    predicted: FloatArray, edge: float, sample_rate: float, latency_s: float
 ) -> tuple[FloatArray, FloatArray]:
     """Return a low part of responses and how it follows slower air."""
-    low = _low(told, edge, sample_rate)
+    low = _low(predicted, edge, sample_rate)
     times = np.arange(low.shape[1]) / sample_rate - latency_s
     return low, times * np.gradient(low, 1 / sample_rate, axis=1)
 

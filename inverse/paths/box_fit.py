@@ -16,7 +16,7 @@ from inverse.paths.mesh_room import MeshRoom
 from inverse.paths.room import FRONT, GEOMETRY, BoxRoom
 from inverse.rows.fitset import FitSet
 
-__all__ = ["Step", "fit_room", "level_errors"]
+__all__ = ["BoxStep", "fit_room", "level_errors"]
 
 FloatArray = NDArray[np.float64]
 WALL = GEOMETRY + 6
@@ -30,7 +30,7 @@ BOUND = np.array([0.02] * 3 + [0.03] * 6 + [1.5, 5e-4] + [0.3] * 6)
 
 
 @dataclass(frozen=True)
-class Step:
+class BoxStep:
     """One stage of the fit: how much of the sound, and what may move."""
 
     edge_hz: float
@@ -42,7 +42,7 @@ class Step:
 
 
 @dataclass(frozen=True, eq=False)
-class Fitted:
+class BoxFit:
     """Hold the fitted room and the covariance of what moved."""
 
     room: BoxRoom
@@ -51,7 +51,9 @@ class Fitted:
     errors: FloatArray
 
 
-def fit_room(rows: FitSet, room: BoxRoom, step: Step, filtered: FloatArray) -> Fitted:
+def fit_room(
+    rows: FitSet, room: BoxRoom, step: BoxStep, filtered: FloatArray
+) -> BoxFit:
     """Run one stage; `filtered` are the rows as far as the stage hears them."""
     active = _active(room, step)
     power = (filtered**2).sum(axis=1)
@@ -76,10 +78,10 @@ def fit_room(rows: FitSet, room: BoxRoom, step: Step, filtered: FloatArray) -> F
     noise = best / max(float(np.count_nonzero(weights)) * filtered.shape[1], 1.0)
     inner = square[np.ix_(active, active)] + _prior(active, noise)
     covariance = np.linalg.pinv(inner) * noise
-    return Fitted(room, covariance, active, errors)
+    return BoxFit(room, covariance, active, errors)
 
 
-def _active(room: BoxRoom, step: Step) -> NDArray[np.bool_]:
+def _active(room: BoxRoom, step: BoxStep) -> NDArray[np.bool_]:
     heard = room.box.found
     active = np.zeros(WALL + len(room.emitting), dtype=bool)
     if step.geometry:

@@ -13,7 +13,7 @@ from inverse.rows.fitset import FitSet
 from inverse.rows.unexplained import CLEAN, unexplained_energy
 from rir import GainPattern, Poses
 
-__all__ = ["Listening", "hear_listener", "pattern_of"]
+__all__ = ["ListenerFit", "fit_listener", "pattern_of"]
 
 FloatArray = NDArray[np.float64]
 ORDER, FITTED_ROWS, FRESH_ROWS = 2, 60, 60
@@ -32,20 +32,20 @@ LEAST_LEVEL = 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class Listening:
+class ListenerFit:
     """Hold a room with its listener's pattern; `found` if that is not the old one."""
 
     fitted: FittedRoom | FittedMesh
     found: bool
 
 
-def hear_listener(rows: FitSet, fitted: FittedRoom | FittedMesh) -> Listening:
+def fit_listener(rows: FitSet, fitted: FittedRoom | FittedMesh) -> ListenerFit:
     """Fit the listener's pattern in turns with walls and emitter.
 
     Taken only where listeners were turned, and rows that were not fitted are told
     better by a tenth of what was left.
     """
-    none = Listening(fitted, False)
+    none = ListenerFit(fitted, False)
     if len(rows) < FITTED_ROWS + FRESH_ROWS // 2 or not _turned(rows.listeners):
         return none
     few = rows.spread(FITTED_ROWS)
@@ -71,7 +71,7 @@ def hear_listener(rows: FitSet, fitted: FittedRoom | FittedMesh) -> Listening:
             break
     if last > WORTH * before:
         return none
-    return Listening(tried, True)
+    return ListenerFit(tried, True)
 
 
 def pattern_of(fitted: FittedRoom | FittedMesh) -> GainPattern:
@@ -99,8 +99,8 @@ def _with_pattern(
     weight = 1 / np.sqrt(np.maximum((rows.responses**2).sum(axis=1), 1e-300))
     columns = np.empty((count, rows.responses.size))
     for k in range(count):
-        told = _heard_by(rows, fitted, np.eye(count)[k])
-        quick = without_slow(told, rows.sample_rate)
+        predicted = _heard_by(rows, fitted, np.eye(count)[k])
+        quick = without_slow(predicted, rows.sample_rate)
         columns[k] = (quick * weight[:, None]).ravel()
     target = without_slow(rows.responses, rows.sample_rate) * weight[:, None]
     square = columns @ columns.T

@@ -13,7 +13,7 @@ from inverse.paths.shoebox import FittedRoom, with_right_order
 from inverse.rows.fitset import FitSet
 from inverse.rows.unexplained import CLEAN, unexplained_energy
 
-__all__ = ["followed"]
+__all__ = ["reach_row_ends"]
 
 FEW_ROWS = 20
 """Enough to tell 10 % of energy; long rows are dear."""
@@ -25,7 +25,9 @@ BETTER = 0.9
 """A tenth less unexplained, else rows end in noise or late sound."""
 
 
-def followed(rows: FitSet, fitted: FittedRoom | FittedMesh) -> FittedRoom | FittedMesh:
+def reach_row_ends(
+    rows: FitSet, fitted: FittedRoom | FittedMesh
+) -> FittedRoom | FittedMesh:
     """Return a box whose paths reach to the end of the rows, where that is right.
 
     Parameters

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from inverse.paths.bank import ideal_bank
-from inverse.paths.box_fit import Step, fit_bank, fit_room
+from inverse.paths.box_fit import BoxStep, fit_bank, fit_room
 from inverse.paths.coloring import Coloring
 from inverse.paths.oriented_box import FAR_M, OrientedBox
 from inverse.paths.polyhedral import FittedMesh
@@ -44,7 +44,7 @@ def fit_open_air(
     few = replace(few, responses=few.responses * row_windows(few, direct.latency_s))
     room = _start(few, direct, listening, emitting)
     lead, rest = (round(part * rows.sample_rate) for part in DIRECT_S)
-    whole = Step(0.5 * rows.sample_rate, 0, 3, pattern=False)
+    whole = BoxStep(0.5 * rows.sample_rate, 0, 3, pattern=False)
     fitted = fit_room(few, room, whole, few.responses)
     for _ in range(TURNS):
         bank = fit_bank(few, fitted.room, lead + rest, lead)
@@ -78,17 +78,17 @@ def _start(
     emitting: GainPattern | None,
 ) -> BoxRoom:
     peak = direct.pulse[int(np.argmax(np.abs(direct.pulse)))]
-    told = OMNI if emitting is None else emitting.coefficients.mean(axis=0)
+    pattern = OMNI if emitting is None else emitting.coefficients.mean(axis=0)
     far = np.full(3, 2 * FAR_M)
     middle = rows.listeners.positions.mean(axis=0)
-    heard = OMNI if listening is None else listening.coefficients.mean(axis=0)
+    hearing = OMNI if listening is None else listening.coefficients.mean(axis=0)
     return BoxRoom(
         OrientedBox(np.eye(3), middle, -far, far, np.zeros(6)),
         rows.speed_of_sound,
         direct.latency_s,
         np.full(6, 1e-3),
-        (peak or 1.0) * np.asarray(told),
-        np.array(heard),
+        (peak or 1.0) * np.asarray(pattern),
+        np.array(hearing),
         ideal_bank(36),
         rows.sample_rate,
         order=0,

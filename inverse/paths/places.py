@@ -97,7 +97,7 @@ def correct_places(
         return none
     room, moved, shifts = fitted, few, np.zeros((len(few), 6))
     for _ in range(ROUNDS):
-        shifts = _settled(few, shifts, room, sigma)
+        shifts = _corrected(few, shifts, room, sigma)
         moved = _at(few, shifts)
         first = room is fitted and isinstance(room, FittedRoom)
         if first and unexplained_energy(moved, room) > CAUSE * before:
@@ -125,10 +125,10 @@ def correct_places(
 
 def placed(rows: FitSet, fitted: FittedRoom | FittedMesh, sigma: float) -> FitSet:
     """Return rows with their ends where the room says they were."""
-    return _at(rows, _settled(rows, np.zeros((len(rows), 6)), fitted, sigma))
+    return _at(rows, _corrected(rows, np.zeros((len(rows), 6)), fitted, sigma))
 
 
-def _settled(
+def _corrected(
     rows: FitSet, shifts: FloatArray, fitted: FittedRoom | FittedMesh, sigma: float
 ) -> FloatArray:
     for _ in range(STEPS):
@@ -154,15 +154,15 @@ def _shifted(
     """Return shifts after one step of Gauss-Newton, each row on its own."""
     heard = rows.cut(min(rows.n_samples, round(HEARD_S * rows.sample_rate)))
     fitted = _kept(heard, fitted)
-    told = _told(_at(heard, shifts), fitted)
-    gap = without_slow(heard.responses, heard.sample_rate) - told
+    predicted = _quick(_at(heard, shifts), fitted)
+    gap = without_slow(heard.responses, heard.sample_rate) - predicted
     power = np.maximum((heard.responses**2).sum(axis=1), 1e-300)
     share = float((gap**2).sum() / power.sum())
     noise = share * power / heard.n_samples
     slopes = np.empty((6, *gap.shape))
     for k in range(6):
         tried = _at(heard, shifts + STEP_M * np.eye(6)[k])
-        slopes[k] = (_told(tried, fitted) - told) / STEP_M
+        slopes[k] = (_quick(tried, fitted) - predicted) / STEP_M
     square = np.einsum("irn,jrn->rij", slopes, slopes) / noise[:, None, None]
     pull = np.einsum("irn,rn->ri", slopes, gap) / noise[:, None]
     square += np.eye(6) / sigma**2
@@ -179,6 +179,6 @@ def _kept(rows: FitSet, fitted: FittedRoom | FittedMesh) -> FittedRoom | FittedM
     return replace(fitted, room=held)
 
 
-def _told(rows: FitSet, fitted: FittedRoom | FittedMesh) -> FloatArray:
-    told = fitted.predict(rows.emitters, rows.listeners, rows.n_samples)
-    return without_slow(told, rows.sample_rate)
+def _quick(rows: FitSet, fitted: FittedRoom | FittedMesh) -> FloatArray:
+    predicted = fitted.predict(rows.emitters, rows.listeners, rows.n_samples)
+    return without_slow(predicted, rows.sample_rate)

@@ -25,7 +25,7 @@ from inverse.paths.room import OMNI
 from inverse.paths.shoebox import FIRST_FACTOR, ROUNDS, low_passed, pattern_size
 from inverse.rows.direct import DirectSound
 from inverse.rows.fitset import FitSet
-from inverse.rows.unexplained import POOR
+from inverse.rows.unexplained import POOR, unexplained_energy
 from rir import GainPattern, Poses
 
 __all__ = [
@@ -231,30 +231,28 @@ def fit_drawn(
     listening: GainPattern | None = None,
 ) -> tuple[FittedMesh | None, list[str]]:
     """Fit a room as it was drawn; None, and why, if it is not where rows are from."""
-    said = "; walls are looked for in the responses instead"
+    instead = "; walls are looked for in the responses instead"
     if len(shape.faces) > MOST_FACES:
         return None, [
             f"the room's mesh has {len(shape.faces)} triangles, more than "
-            f"{MOST_FACES}: give a simpler one{said}"
+            f"{MOST_FACES}: give a simpler one{instead}"
         ]
     ends = np.concatenate([rows.emitters.positions, rows.listeners.positions])
     outside = shape.mesh.outside(ends)
     if outside.mean() > 0.1:
         return None, [
             f"{100 * outside.mean():.0f} % of the poses stand outside the room as "
-            f"drawn: their coordinates differ{said}"
+            f"drawn: their coordinates differ{instead}"
         ]
     try:
         fitted = fit_polyhedron(
             rows, direct, shape, reach_s * rows.speed_of_sound, listening
         )
     except np.linalg.LinAlgError:
-        return None, [f"the fit of the room as drawn did not come to an end{said}"]
+        return None, [f"the fit of the room as drawn did not come to an end{instead}"]
     few = rows.spread(FULL_ROWS)
-    told = fitted.predict(few.emitters, few.listeners, few.n_samples)
-    left = float(((few.responses - told) ** 2).sum() / (few.responses**2).sum())
-    if not left < 1:
-        return None, [f"the room as drawn explains nothing of the responses{said}"]
+    if not unexplained_energy(few, fitted) < 1:
+        return None, [f"the room as drawn explains nothing of the responses{instead}"]
     return fitted, []
 
 

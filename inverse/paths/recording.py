@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from inverse.paths.air import BlockAir, hear_blocks
-from inverse.paths.listening import hear_listener, pattern_of
+from inverse.paths.air import BlockAir, read_block_air
+from inverse.paths.listening import fit_listener, pattern_of
 from inverse.paths.places import correct_places, placed
 from inverse.paths.polyhedral import FittedMesh
 from inverse.paths.resumed import resumed
@@ -14,7 +14,7 @@ from inverse.paths.shoebox import FittedRoom
 from inverse.rows.fitset import FitSet
 from rir import GainPattern
 
-__all__ = ["Settled", "settle_air", "settle_listener", "settle_places"]
+__all__ = ["RecordedRoom", "find_listener", "fit_air", "move_places"]
 
 CORRECTED = "pose_corrections"
 ROUNDS, STILL = 4, 3e-5
@@ -24,7 +24,7 @@ BLOCK_ROWS, MOST_ROWS = 24, 240
 
 
 @dataclass(frozen=True, eq=False)
-class Settled:
+class RecordedRoom:
     """Hold a room, what was found of its recording, and what to report.
 
     Parameters
@@ -57,24 +57,24 @@ class Settled:
         """Return rows with their places corrected, where that paid in the fit."""
         return placed(rows, fitted, sigma) if CORRECTED in self.found else rows
 
-    def onto(self, fitted: FittedRoom | FittedMesh) -> "Settled":
+    def onto(self, fitted: FittedRoom | FittedMesh) -> "RecordedRoom":
         """Return the same of another room."""
         return replace(self, fitted=fitted)
 
 
-def settle_air(rows: FitSet, fitted: FittedRoom | FittedMesh) -> Settled:
+def fit_air(rows: FitSet, fitted: FittedRoom | FittedMesh) -> RecordedRoom:
     """Give every recording block its speed of sound, and fit the room again."""
     numbers = np.unique(rows.blocks)
     if len(numbers) < 2:
-        return Settled(fitted)
+        return RecordedRoom(fitted)
     few = rows.rows(_some_of_each(rows.blocks))
     air, better = None, fitted
     for _ in range(ROUNDS):
-        told = better.predict(few.emitters, few.listeners, few.n_samples)
+        predicted = better.predict(few.emitters, few.listeners, few.n_samples)
         latency = better.room.latency_s
-        heard = hear_blocks(few, told, latency, even=air)
+        heard = read_block_air(few, predicted, latency, even=air)
         if air is None and not heard.differs:
-            return Settled(fitted)
+            return RecordedRoom(fitted)
         moved = np.abs(heard.changes - (0 if air is None else air.changes)).max()
         air = heard
         if moved < STILL:
@@ -82,11 +82,11 @@ def settle_air(rows: FitSet, fitted: FittedRoom | FittedMesh) -> Settled:
         try:
             better = resumed(air.even(rows, latency), better)
         except np.linalg.LinAlgError:
-            return Settled(fitted)
+            return RecordedRoom(fitted)
     if air is None:
-        return Settled(fitted)
+        return RecordedRoom(fitted)
     speed = better.room.speed_of_sound
-    told = {
+    report = {
         "blocks": [
             {
                 "rows": int((rows.blocks == number).sum()),
@@ -98,14 +98,14 @@ def settle_air(rows: FitSet, fitted: FittedRoom | FittedMesh) -> Settled:
             )
         ]
     }
-    return Settled(better, air, told, better.room.latency_s)
+    return RecordedRoom(better, air, report, better.room.latency_s)
 
 
-def settle_listener(rows: FitSet, settled: Settled) -> Settled:
+def find_listener(rows: FitSet, settled: RecordedRoom) -> RecordedRoom:
     """Find out whether the listener is directional."""
     if settled.fitted is None:
         return settled
-    heard = hear_listener(rows, settled.fitted)
+    heard = fit_listener(rows, settled.fitted)
     if not heard.found:
         return settled
     pattern = heard.fitted.room.listening
@@ -114,15 +114,15 @@ def settle_listener(rows: FitSet, settled: Settled) -> Settled:
     return replace(settled, fitted=heard.fitted, found=found, heard_by=gain)
 
 
-def settle_places(rows: FitSet, settled: Settled, sigma: float) -> Settled:
+def move_places(rows: FitSet, settled: RecordedRoom, sigma: float) -> RecordedRoom:
     """Correct the places of fitted rows where that pays."""
     if settled.fitted is None:
         return settled
     corrected = correct_places(rows, settled.fitted, sigma)
-    told = corrected.report()
-    if not told:
+    report = corrected.report()
+    if not report:
         return settled
-    found = settled.found | {CORRECTED: told}
+    found = settled.found | {CORRECTED: report}
     return replace(settled, fitted=corrected.fitted, found=found)
 
 

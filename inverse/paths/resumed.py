@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from inverse.paths.box_fit import Step, fit_room
+from inverse.paths.box_fit import BoxStep, fit_room
 from inverse.paths.mesh_fit import MeshStep, family_sd, fit_planes
 from inverse.paths.polish import polished, without_coloring
 from inverse.paths.polyhedral import FittedMesh, mesh_error, with_paths, without_bent
@@ -44,7 +44,7 @@ def resumed(
     if isinstance(fitted, FittedMesh):
         return _mesh(few, fitted, turns)
     rest = without_coloring(few, fitted.room, fitted.coloring)
-    whole = Step(0.5 * rows.sample_rate, fitted.room.order, turns)
+    whole = BoxStep(0.5 * rows.sample_rate, fitted.room.order, turns)
     found = fit_room(few, fitted.room, whole, rest)
     coloring, room = polished(few, found.room, fitted.coloring, 1, box_error)
     return replace(

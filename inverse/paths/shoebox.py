@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inverse.paths.bank import ideal_bank
-from inverse.paths.box_fit import Step, fit_room, slow_columns
+from inverse.paths.box_fit import BoxStep, fit_room, slow_columns
 from inverse.paths.coloring import Coloring
 from inverse.paths.descent import root_mean_square
 from inverse.paths.oriented_box import OrientedBox
@@ -32,9 +32,9 @@ __all__ = [
 
 FloatArray = NDArray[np.float64]
 STAGES = (
-    Step(1500.0, 1, 4, pattern=False),
-    Step(3000.0, 2, 4),
-    Step(6000.0, 4, 4),
+    BoxStep(1500.0, 1, 4, pattern=False),
+    BoxStep(3000.0, 2, 4),
+    BoxStep(6000.0, 4, 4),
 )
 LOW_ROWS, FULL_ROWS = 48, 20
 """Rows of the coarse stages, which are cheap, and of the whole band, whose 20 rows hold
@@ -80,9 +80,9 @@ class FittedRoom:
         (s; small, for the pulse takes it), six reflection factors, harmonics of the
         emitter's pattern.
         """
-        told = np.full(len(self.active), np.nan)
-        told[self.active] = np.sqrt(np.clip(np.diag(self.covariance), 0, None))
-        return told
+        spread = np.full(len(self.active), np.nan)
+        spread[self.active] = np.sqrt(np.clip(np.diag(self.covariance), 0, None))
+        return spread
 
     def wall_sd(self) -> FloatArray:
         """Return the standard deviation of each wall's place, shape (6,), metres."""
@@ -146,7 +146,7 @@ def fit_shoebox(
     few = rows.spread(FULL_ROWS)
     room = replace(room, order=400, bank=ideal_bank(36))
     room = with_right_order(few, room)
-    whole = Step(0.5 * rows.sample_rate, room.order, 2)
+    whole = BoxStep(0.5 * rows.sample_rate, room.order, 2)
     coloring = Coloring.none(rows.sample_rate)
     fitted = fit_room(few, room, whole, few.responses)
     fitted = replace(fitted, room=with_right_order(few, fitted.room))
@@ -198,7 +198,7 @@ def pattern_size(rows: FitSet) -> int:
     return (order + 1) ** 2
 
 
-def _staged(rows: FitSet, room: BoxRoom, step: Step) -> BoxRoom:
+def _staged(rows: FitSet, room: BoxRoom, step: BoxStep) -> BoxRoom:
     share = min(2 * step.edge_hz / rows.sample_rate, 1.0)
     bank = ideal_bank(2 * int(np.ceil(8 / share)), share)
     heard = low_passed(rows.responses, share)

@@ -120,7 +120,7 @@ class GroundPlan:
 
     def save(self, path: Path) -> None:
         """Write the plan as JSON."""
-        told = {
+        content = {
             **FOUND_ROOM.stamp,
             "mark": self.mark,
             "height_m": self.height_m,
@@ -132,7 +132,7 @@ class GroundPlan:
             "emitters": self.emitters.tolist(),
             "listeners": self.listeners.tolist(),
         }
-        path.write_text(json.dumps(told, indent=1) + "\n")
+        path.write_text(json.dumps(content, indent=1) + "\n")
 
 
 def plan_of(
@@ -140,7 +140,7 @@ def plan_of(
     emitters: FloatArray,
     listeners: FloatArray,
     known: FloatArray,
-    **told: Any,
+    **words: Any,
 ) -> GroundPlan:
     """Return the plan of a room.
 
@@ -152,7 +152,7 @@ def plan_of(
         Ends of the training rows.
     known : ndarray, shape (T, 3, 3)
         Triangles of the room's description; empty where unknown.
-    **told
+    **words
         `unexplained`, `mark` and `alarms` of the plan.
 
     Raises
@@ -172,7 +172,7 @@ def plan_of(
         np.array(pieces).reshape(-1, 2, 2),
         height,
         furnishing=FoundObjects.of(bands_of(fitted)),
-        **told,
+        **words,
     )
 
 

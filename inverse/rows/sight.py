@@ -77,10 +77,10 @@ def read_sight(
     if not heard.any() or not level[heard].any():
         return Sight(bits, np.zeros(len(rows)))
     free = _envelope(_directions(rows), np.where(heard, level, 0.0), heard)
-    told = heard & (free > FAINT * np.quantile(free[heard], UPPER))
-    share = np.where(told, level / np.maximum(free, 1e-300), 0.5)
-    bits[told & (share > SEEN)] = 1.0
-    bits[told & (share < HIDDEN)] = 0.0
+    clear = heard & (free > FAINT * np.quantile(free[heard], UPPER))
+    share = np.where(clear, level / np.maximum(free, 1e-300), 0.5)
+    bits[clear & (share > SEEN)] = 1.0
+    bits[clear & (share < HIDDEN)] = 0.0
     return Sight(bits, free)
 
 

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from inverse.rows.fitset import FitSet
 
-__all__ = ["doubtful_rows", "doubtful_words"]
+__all__ = ["suspect_alarms", "suspect_rows"]
 
 FAR_WORSE = 20.0
 """Times the median of what rows leave: rows shadowed by things leave a few times."""
@@ -19,14 +19,14 @@ NAMED = 6
 """Rows named in an alarm, which one line holds."""
 
 
-def doubtful_rows(rows: FitSet, told: NDArray[np.float64]) -> NDArray[np.bool_]:
+def suspect_rows(rows: FitSet, predicted: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Return which rows are told far worse than most, shape (rows,).
 
     None where most rows are told badly, or where more than a tenth would be named:
     then it is the room that is not understood.
     """
     power = np.maximum((rows.responses**2).sum(axis=1), 1e-300)
-    share = ((rows.responses - told) ** 2).sum(axis=1) / power
+    share = ((rows.responses - predicted) ** 2).sum(axis=1) / power
     middle = float(np.median(share)) if len(share) else 1.0
     worse = (share > FAR_WORSE * middle) & (share > LEAST_SHARE)
     if middle > GOOD or worse.mean() > MOST:
@@ -34,9 +34,9 @@ def doubtful_rows(rows: FitSet, told: NDArray[np.float64]) -> NDArray[np.bool_]:
     return worse
 
 
-def doubtful_words(rows: FitSet, doubtful: NDArray[np.bool_]) -> list[str]:
+def suspect_alarms(rows: FitSet, suspect: NDArray[np.bool_]) -> list[str]:
     """Say which rows do not fit, by their ends."""
-    found = np.flatnonzero(doubtful)
+    found = np.flatnonzero(suspect)
     if not len(found):
         return []
     named = ", ".join(
@@ -44,7 +44,7 @@ def doubtful_words(rows: FitSet, doubtful: NDArray[np.bool_]) -> list[str]:
         for k in found[:NAMED]
     )
     return [
-        f"{len(found)} of {len(doubtful)} responses do not fit where the others do and "
+        f"{len(found)} of {len(suspect)} responses do not fit where the others do and "
         f"are not believed; check their labels and poses (emitter-listener, m): {named}"
     ]
 

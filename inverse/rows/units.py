@@ -84,9 +84,9 @@ def travelled_speed(rows: FitSet) -> tuple[float, float] | None:
         return None
     left = times - slope * reach
     # bent ways are late the more the farther; sound in sight is not
-    told = times - reach / rows.speed_of_sound
+    delays = times - reach / rows.speed_of_sound
     airy = COLDEST < 1 / slope < WARMEST
-    if not airy and _gathered(told) >= _gathered(left):
+    if not airy and _gathered(delays) >= _gathered(left):
         return None
     left = np.abs(left - np.median(left))
     # most rows must follow, however late the rest of them are

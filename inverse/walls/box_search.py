@@ -14,7 +14,7 @@ from inverse.paths.room import BoxRoom
 from inverse.rows.direct import DirectSound
 from inverse.rows.fitset import FitSet
 from inverse.walls.box import SAME_WALL_M, walled
-from inverse.walls.low_sound import LowSound, Trial
+from inverse.walls.low_sound import LowSound, TriedRoom
 from inverse.walls.scan import ScanSignals
 from rir.arrays import FloatArray
 
@@ -98,14 +98,14 @@ def search_box(
         if other.left < BETTER * best.left:
             best, doubts = other, others
     best = _without_needless(low, best, doubts)
-    return SearchedBox(best.box, low.told(best.room), best.left, doubts)
+    return SearchedBox(best.box, low.without_lead(best.room), best.left, doubts)
 
 
 def _without_walls(box: OrientedBox) -> OrientedBox:
     return replace(box, low=np.full(3, -FAR_M), high=np.full(3, FAR_M), z=np.zeros(6))
 
 
-def _without_needless(low: LowSound, best: Trial, doubts: FloatArray) -> Trial:
+def _without_needless(low: LowSound, best: TriedRoom, doubts: FloatArray) -> TriedRoom:
     """Return the room without walls that explain nothing: none is invented."""
     silent = np.abs(best.room.walls) < SILENT
     needless = best.box.found & ((doubts < NEEDLESS) | silent)
@@ -125,7 +125,7 @@ def _upright() -> FloatArray:
     return Rotation.from_euler("z", turns[:, None], degrees=True).as_matrix()
 
 
-def _best_box(low: LowSound, boxes: list[OrientedBox]) -> tuple[Trial, FloatArray]:
+def _best_box(low: LowSound, boxes: list[OrientedBox]) -> tuple[TriedRoom, FloatArray]:
     """Return the best of the boxes, each wall at its best, and the walls' doubts."""
     trials = [low.tried(low.room(box), TURNS) for box in boxes]
     best = min(trials, key=lambda trial: trial.left)
@@ -144,7 +144,7 @@ def _best_box(low: LowSound, boxes: list[OrientedBox]) -> tuple[Trial, FloatArra
     return best, doubts
 
 
-def _placed(low: LowSound, now: Trial, wall: int) -> tuple[Trial, float]:
+def _placed(low: LowSound, now: TriedRoom, wall: int) -> tuple[TriedRoom, float]:
     """Try a wall elsewhere; return the best and how much worse the next is."""
     tried = [low.tried(_with_wall(now.room, wall, None), TURNS)]
     for place in _likely_places(low, now.room, wall):

@@ -6,14 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inverse.paths.bank import PulseBank, ideal_bank
-from inverse.paths.box_fit import Step, fit_room, slow_columns
+from inverse.paths.box_fit import BoxStep, fit_room, slow_columns
 from inverse.paths.oriented_box import OrientedBox
 from inverse.paths.room import OMNI, BoxRoom
 from inverse.paths.shoebox import FIRST_FACTOR
 from inverse.rows.direct import DirectSound
 from inverse.rows.fitset import FitSet
 
-__all__ = ["LowSound", "Trial"]
+__all__ = ["LowSound", "TriedRoom"]
 
 FloatArray = NDArray[np.float64]
 ROWS, EDGE_HZ, WINDOW_S = 48, 800.0, 0.05
@@ -33,7 +33,7 @@ WHOLE = 400
 
 
 @dataclass(frozen=True, eq=False)
-class Trial:
+class TriedRoom:
     """Hold a room that was tried and the part of the low energy it leaves."""
 
     room: BoxRoom
@@ -105,13 +105,13 @@ class LowSound:
             REACH_M,
         )
 
-    def tried(self, room: BoxRoom, turns: int, geometry: bool = False) -> Trial:
+    def tried(self, room: BoxRoom, turns: int, geometry: bool = False) -> TriedRoom:
         """Fit walls' factors and the emitter's pattern, or the geometry as well."""
-        step = Step(EDGE_HZ, WHOLE, turns, geometry=geometry)
+        step = BoxStep(EDGE_HZ, WHOLE, turns, geometry=geometry)
         found = fit_room(self.rows, room, step, self.rows.responses)
-        return Trial(found.room, float(found.errors.sum()) / self.energy)
+        return TriedRoom(found.room, float(found.errors.sum()) / self.energy)
 
-    def told(self, room: BoxRoom) -> BoxRoom:
+    def without_lead(self, room: BoxRoom) -> BoxRoom:
         """Return the room without the latency that thinning out brought."""
         late = room.latency_s - LEAD / self.rows.sample_rate
         return replace(room, latency_s=late)

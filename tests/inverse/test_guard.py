@@ -26,7 +26,7 @@ class LateRest:
 
 def test_what_is_worse_than_the_nearest_row_gives_way_to_it(box_set, unseen_set):
     late: Any = LateRest()
-    spoiled = replace(room_in_rows(box_set), rest=late, unexplained=0.9)
+    spoiled = replace(room_in_rows(box_set), blend=late, unexplained=0.9)
     acoustics = guarded(spoiled, box_set)
     ends = unseen_set.emitters, unseen_set.listeners, unseen_set.n_samples
     assert_array_equal(acoustics.predict(*ends), NearestRows.of(box_set).predict(*ends))

@@ -5,7 +5,7 @@ import pytest
 
 from inverse.find import room_in_rows
 from inverse.paths.box_fit import level_errors
-from inverse.paths.long_rows import followed
+from inverse.paths.long_rows import reach_row_ends
 
 
 @pytest.fixture(scope="module")
@@ -18,7 +18,7 @@ def test_a_clean_box_is_told_to_the_end_of_long_rows(long_set, make_box_rows):
     unseen = make_box_rows(emitters=1, listeners=6, n_samples=2400, seed=8)
     told = heard.predict(unseen.emitters, unseen.listeners, unseen.n_samples)
     assert np.median(level_errors(unseen.responses, told)) < -35
-    assert heard.rest is None
+    assert heard.blend is None
     assert not heard.alarms
 
 
@@ -28,8 +28,8 @@ def test_paths_are_not_followed_where_they_tell_little(long_set, make_box_rows):
     rng = np.random.default_rng(2)
     noisy = long_set.responses + 0.02 * rng.standard_normal(long_set.responses.shape)
     spoiled = type(long_set)(noisy, **_others(long_set))
-    assert followed(spoiled, fitted) is fitted
-    assert followed(long_set, fitted) is not fitted
+    assert reach_row_ends(spoiled, fitted) is fitted
+    assert reach_row_ends(long_set, fitted) is not fitted
 
 
 def _others(rows):

@@ -11,12 +11,12 @@ from inverse.find import room_in_rows
 from inverse.paths.air import (
     A_KELVIN,
     at_one_temperature,
-    hear_blocks,
+    read_block_air,
     speed_at,
     stretched,
 )
 from inverse.paths.places import correct_places
-from inverse.paths.recording import settle_air, settle_listener
+from inverse.paths.recording import find_listener, fit_air
 from inverse.paths.resumed import resumed
 from inverse.rows.fitset import FitSet, place_numbers
 from inverse.rows.unexplained import unexplained_energy
@@ -99,11 +99,11 @@ def test_drift_of_half_a_kelvin_is_recovered(drifting):
 def test_one_air_is_left_alone(box_set):
     mixed = replace(box_set, blocks=np.arange(len(box_set)) % 3)
     fitted = found_room(box_set)
-    settled = settle_air(mixed, fitted)
+    settled = fit_air(mixed, fitted)
     assert settled.fitted is fitted
     assert settled.air is None
     told = fitted.predict(mixed.emitters, mixed.listeners, mixed.n_samples)
-    found = hear_blocks(mixed, told, fitted.room.latency_s)
+    found = read_block_air(mixed, told, fitted.room.latency_s)
     np.testing.assert_allclose(found.changes, 0, atol=0.01 * A_KELVIN)
 
 
@@ -191,11 +191,11 @@ def test_a_cardioid_microphone_is_found_and_an_omni_is_not():
 
 
 def test_a_listener_that_never_turned_is_left_alone(box_set):
-    from inverse.paths.recording import Settled
+    from inverse.paths.recording import RecordedRoom
 
     fitted = found_room(box_set)
-    settled = Settled(fitted)
-    assert settle_listener(box_set, settled) is settled
+    settled = RecordedRoom(fitted)
+    assert find_listener(box_set, settled) is settled
 
 
 def test_answers_for_warmer_air_come_earlier(box_set, unseen_set, make_box_rows):

@@ -13,7 +13,7 @@ from fields.models.path import Config, PathField
 from fields.plan import TrainingPlan
 from inverse.acoustics import Acoustics
 from inverse.blend.aligned import AlignedRows
-from inverse.blend.direct_levels import Launch
+from inverse.blend.direct_levels import DirectLevels
 from inverse.blend.mixture import mix, mixing_weights
 from inverse.find import room_in_rows
 from inverse.guard import needs_network
@@ -166,7 +166,7 @@ def test_direct_levels_follow_the_aim_of_the_loudspeaker():
     dull = np.array(heard.responses)
     index = np.rint(heard.distances / SPEED * RATE).astype(int)
     dull[np.arange(160), index] = 1 / heard.distances
-    launch = Launch.fit(heard, dull, 0.0)
+    launch = DirectLevels.fit(heard, dull, 0.0)
     fresh = diffuse_rows(60, 5, seed=3, pattern=0.8)
     told = np.array(fresh.responses)
     index = np.rint(fresh.distances / SPEED * RATE).astype(int)
@@ -183,7 +183,7 @@ def test_a_network_is_asked_only_where_nothing_explains(acoustics, rows):
     assert not needs_network(acoustics, rows.rows(np.arange(20)))
     others = {"C50": 1.0, "T60": 10.0}
     sure = Proof({"path": {"C50": 0.1, "T60": 2.0}, "rows": others})
-    better = replace(acoustics, rest=replace(acoustics.rest, proof=sure))
+    better = replace(acoustics, blend=replace(acoustics.blend, proof=sure))
     assert not needs_network(better, rows)
 
 

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from inverse.acoustics import Acoustics
 from inverse.find import _room_alarms, room_in_rows
 from inverse.paths.bank import PulseBank, ideal_bank
-from inverse.paths.box_fit import Step, _active, _sums, level_errors
+from inverse.paths.box_fit import BoxStep, _active, _sums, level_errors
 from inverse.paths.room import OMNI, BoxRoom
 
 WALLS = np.array([0.9, 0.8, 0.85, 0.8, 0.7, 0.85])
@@ -91,7 +91,7 @@ def test_derivatives_are_those_of_the_rendering(box_set, centred_box):
         16000.0,
         order=2,
     )
-    active = _active(room, Step(4000.0, 2, 1))
+    active = _active(room, BoxStep(4000.0, 2, 1))
     weights = np.ones(len(rows))
     _, right, start = _sums(rows, room, active, rows.responses, weights)
     from inverse.paths.box_fit import _errors, _moved
