@@ -46,8 +46,7 @@ LEAST_ROWS, LEAST_SAMPLES = 8, 64
 """Fewer rows leave six walls, a pattern and a pulse open; 64 samples hold one echo."""
 LEAST_CLEARNESS = 4.0
 """Mean direct sound over what noise would leave: noise comes to 1, its peak to 2."""
-LEAST_WALLS = 2
-"""Of a box: with one wall its axes are not known."""
+LEAST_WALLS = 2  # of a box: with one wall its axes are not known
 LONE = 0.02
 """One emitter place and more unexplained: a wall may be the echo of two others."""
 CUT, AHEAD = 1.25, 1.1
@@ -56,14 +55,12 @@ listed a tenth beyond it, for those that a moving wall brings in."""
 COMPLETED_ROWS, LEAST_COMPLETED, COMPLETED_SAMPLES = 300, 120, 1_000_000
 """Rows that late sound is learnt from: fewer of long ones, for time (decision 0066)."""
 WALL_NAMES = ("low x", "high x", "low y", "high y", "low z", "high z")
-APART_M = 0.02
-"""Nearer ends are one place: their direct sound is not one of a point."""
+APART_M = 0.02  # nearer ends are one place: their direct sound is not one of a point
 TOLD = 0.05
 """Part of the low sound a box may leave that is believed without direct sounds."""
 CLEAR, UNKNOWN = 0.005, 0.5
 """Part of the energy a room leaves that is understood so far, but not well."""
-BETTER = 0.6
-"""Without outliers a room must leave this part of what it left with them."""
+BETTER = 0.6  # without outliers a room must leave this part of what it left with them
 NO_DIRECT = (
     "no direct sound stands where the poses say; check poses, their units and the "
     "latency: no walls are looked for"

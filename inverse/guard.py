@@ -11,14 +11,11 @@ from inverse.rows.units import checked_units
 
 __all__ = ["guarded", "needs_network"]
 
-LEAST_ROWS = 16
-"""Fewer rows left out cannot tell which answer is nearer."""
-SURE = 0.9
-"""A tenth better than interpolated rows is better than the nearest as well."""
+LEAST_ROWS = 16  # fewer rows left out cannot tell which answer is nearer
+SURE = 0.9  # a tenth better than interpolated rows is better than the nearest as well
 ENOUGH = 0.3
 """Of the errors of interpolated rows; networks, which interpolate, reach no less."""
-LEAST_NETWORK_ROWS = 32
-"""One batch: with less a network learns nothing."""
+LEAST_NETWORK_ROWS = 32  # one batch: with less a network learns nothing
 
 
 def guarded(acoustics: Acoustics, rows: FitSet) -> Acoustics:

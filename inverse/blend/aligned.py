@@ -20,22 +20,16 @@ from rir import Poses
 __all__ = ["AlignedRows", "squares"]
 
 FloatArray = NDArray[np.float64]
-NEIGHBOURS = 6
-"""Rows mixed: one to each side along three axes."""
+NEIGHBOURS = 6  # rows mixed: one to each side along three axes
 NEAREST_M = 0.1
 """Nearer ends count as so far apart in the 1/r law: the size of a driver."""
-SAME_M = 0.02
-"""Places so near are one: an emitter put back by hand stands within it."""
-APART_M = 0.3
-"""With one emitter, rows of listeners so near would tell almost the same."""
+SAME_M = 0.02  # places so near are one: an emitter put back by hand stands within it
+APART_M = 0.3  # with one emitter, rows of listeners so near would tell almost the same
 FAINT = 0.05
 """Weight of places beside aims: among rows aimed alike the nearer ones come first."""
-MOST_ROWS = 2000
-"""Rows kept: some megabytes of a file; more are hardly nearer."""
-CHUNK = 32
-"""Queries at once: their spectra, six each, stay within tens of megabytes."""
-FAR = 1e9
-"""Square metres; stands for rows that may not be asked."""
+MOST_ROWS = 2000  # rows kept: some megabytes of a file; more are hardly nearer
+CHUNK = 32  # queries at once: their spectra, six each, stay within tens of megabytes
+FAR = 1e9  # square metres; stands for rows that may not be asked
 
 
 @dataclass(frozen=True, eq=False)

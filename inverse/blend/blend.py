@@ -35,8 +35,7 @@ AIMED = 0.3
 """Part of the levels' variance that the aim must explain for rows alike to be asked."""
 LEAST_ROWS = 16
 """Rows to interpolate between: of fewer, those left out have no neighbours."""
-ROWS_S = 0.25
-"""Later than this rows of other places say nothing but energies."""
+ROWS_S = 0.25  # later than this rows of other places say nothing but energies
 
 
 @dataclass(frozen=True, eq=False)

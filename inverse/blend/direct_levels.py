@@ -24,14 +24,11 @@ RIDGE = 0.1
 """A tenth of a row: holds shapes that no direction tells, moves others little."""
 MOST_NEPER = 0.8
 """Largest change of an amplitude, 7 dB: a shadowed direct sound is not made up."""
-QUIET = 1e-9
-"""90 dB below the loudest band there is nothing to read."""
+QUIET = 1e-9  # 90 dB below the loudest band there is nothing to read
 LOW_HZ = (250.0, 500.0)
 """Middles of the lowest bands; the window of 3.6 ms resolves no narrower ones."""
-STEP_HZ = 1000.0
-"""Bands above: patterns change no faster with frequency."""
-RINGING_S = 0.004
-"""What masks of such bands ring; spectra are padded by it."""
+STEP_HZ = 1000.0  # bands above: patterns change no faster with frequency
+RINGING_S = 0.004  # what masks of such bands ring; spectra are padded by it
 
 
 @dataclass(frozen=True, eq=False)

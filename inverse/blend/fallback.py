@@ -18,10 +18,8 @@ from rir import Poses
 __all__ = ["NearestRows"]
 
 FloatArray = NDArray[np.float64]
-SAME_M = 0.05
-"""Places so near are one place, poses told by hand allowed for."""
-LEAST_ROWS = 8
-"""Fewer rows do not decide whether re-timing helps; it is then done."""
+SAME_M = 0.05  # places so near are one place, poses told by hand allowed for
+LEAST_ROWS = 8  # fewer rows do not decide whether re-timing helps; it is then done
 
 
 @dataclass(frozen=True, eq=False)

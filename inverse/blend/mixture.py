@@ -19,12 +19,10 @@ __all__ = ["mix", "mixing_weights"]
 FloatArray = NDArray[np.float64]
 RIDGE = 0.02
 """Of each answer's own energy: parts answers that are nearly alike, costs 2 %."""
-QUIET = 1e-12
-"""120 dB below the loudest tile: rounding."""
+QUIET = 1e-12  # 120 dB below the loudest tile: rounding
 MOST_WEIGHT = 1.2
 """Least squares makes answers quieter, never much louder; more is chance."""
-LEAST_WEIGHT = 0.05
-"""Smaller amplitudes, -26 dB, change nothing and cost a filter bank."""
+LEAST_WEIGHT = 0.05  # smaller amplitudes, -26 dB, change nothing and cost a filter bank
 
 
 def mix(tiles: Tiles, weights: FloatArray, answers: Sequence[FloatArray]) -> FloatArray:

@@ -27,17 +27,14 @@ __all__ = [
 FloatArray = NDArray[np.float64]
 TAPS = 32
 """To each side of an interpolated sample: a windowed sinc flat to 0.9 of Nyquist."""
-TEMPERATURES_C = (-40.0, 60.0)
-"""Of rooms, cold stores and lofts included."""
-A_KELVIN = 0.00173
-"""Part of the speed of sound that a kelvin changes, near 20 degrees."""
+TEMPERATURES_C = (-40.0, 60.0)  # of rooms, cold stores and lofts included
+A_KELVIN = 0.00173  # part of the speed of sound that a kelvin changes, near 20 degrees
 LOGGED_SD, GUESSED_SD = 0.3 * A_KELVIN, 2.0 * A_KELVIN
 """Of a block's air: a good thermometer's, and a heated room's over a day (0063)."""
 EDGES_HZ, TURNS = (1500.0, 5000.0), 3
 """Low-pass of a first and a finer reading, and steps of each: low sound tells large
 changes without taking one wave for the next."""
-LEAST_ROWS = 4
-"""Of a block, for a scatter over rows."""
+LEAST_ROWS = 4  # of a block, for a scatter over rows
 CLEAR = 3.0
 """Standard deviations by which one block at least must differ from no change."""
 

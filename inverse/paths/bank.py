@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 __all__ = ["MOMENTS", "PulseBank", "bank_of_pulse", "ideal_bank"]
 
 FloatArray = NDArray[np.float64]
-MOMENTS = 8
-"""Powers of the fraction of a sample: a sinc to -120 dB."""
+MOMENTS = 8  # powers of the fraction of a sample: a sinc to -120 dB
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,10 +13,8 @@ __all__ = ["bends", "bent_sound"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
-LEAST_OPENING_DEG = 200.0
-"""Edges of less are nearly flat: what they bend is faint."""
-MOST_EDGES = 60
-"""More cost minutes: ways are tried edge by edge."""
+LEAST_OPENING_DEG = 200.0  # edges of less are nearly flat: what they bend is faint
+MOST_EDGES = 60  # more cost minutes: ways are tried edge by edge
 FREQUENCIES = 24
 """Per half octave about two, from `SLOW_HZ` up: gains are smooth between them."""
 

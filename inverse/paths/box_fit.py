@@ -20,10 +20,8 @@ __all__ = ["BoxStep", "fit_room", "level_errors"]
 
 FloatArray = NDArray[np.float64]
 WALL = GEOMETRY + 6
-MOST_FACTOR = 1.0
-"""Of reflection: a wall adds no energy."""
-SLOW_HZ = 60.0
-"""Errors below are not counted (decision 0054)."""
+MOST_FACTOR = 1.0  # of reflection: a wall adds no energy
+SLOW_HZ = 60.0  # errors below are not counted (decision 0054)
 SIGMAS = np.array([0.02] * 3 + [0.1] * 6 + [2.0, 2e-3] + [0.5] * 6)
 """Weak priors: radians, metres, metres per second, seconds, reflection factor."""
 BOUND = np.array([0.02] * 3 + [0.03] * 6 + [1.5, 5e-4] + [0.3] * 6)

@@ -17,14 +17,11 @@ FloatArray = NDArray[np.float64]
 Render = Callable[[int], FloatArray]
 """Answers the sound of all rows at a number of samples."""
 TIMES_S = 1e-3 * 2.0 ** np.arange(0, 7)
-AHEAD_S = 0.02
-"""Seconds beyond the end of a row that are rendered for the smoothings."""
-WEAK = 0.1
-"""Weaker factors have nothing to fetch from there."""
+AHEAD_S = 0.02  # seconds beyond the end of a row that are rendered for the smoothings
+WEAK = 0.1  # weaker factors have nothing to fetch from there
 RIDGE = 1e-7
 """Of the trace: -70 dB, above rounding of fourteen columns that are much alike."""
-WORTH = 0.97
-"""A coloring must lower the squared error of rows it has not seen by 3 %."""
+WORTH = 0.97  # a coloring must lower the squared error of rows it has not seen by 3 %
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,8 +6,7 @@ from numpy.typing import NDArray
 __all__ = ["TRIES", "damped_step", "root_mean_square", "row_weights", "trust"]
 
 FloatArray = NDArray[np.float64]
-TRIES = 4
-"""Tenfold dampings of a step that does not help before a stage ends."""
+TRIES = 4  # tenfold dampings of a step that does not help before a stage ends
 
 
 def row_weights(power: FloatArray) -> FloatArray:

@@ -24,8 +24,7 @@ __all__ = [
     "wall_counts",
 ]
 
-NEAREST_M = 0.05
-"""Shorter paths count as so long: within a device 1/r does not hold."""
+NEAREST_M = 0.05  # shorter paths count as so long: within a device 1/r does not hold
 
 
 @njit(cache=True, fastmath=True)

@@ -27,8 +27,7 @@ TURNED_DEG = 15.0
 """Between mean and single aims: less turns a cardioid's levels by a few per cent."""
 RIDGE = 1e-4
 """Of the mean square column, towards the pattern so far: holds what no row tells."""
-LEAST_LEVEL = 0.05
-"""Of the mean gain: a pattern with less is none of a microphone."""
+LEAST_LEVEL = 0.05  # of the mean gain: a pattern with less is none of a microphone
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,14 +15,10 @@ from inverse.rows.unexplained import CLEAN, unexplained_energy
 
 __all__ = ["reach_row_ends"]
 
-FEW_ROWS = 20
-"""Enough to tell 10 % of energy; long rows are dear."""
-MOST_IMAGES = 40_000
-"""In the reach followed, on average."""
-BEYOND = 1.02
-"""Of the rows' length: the last arrivals' pulses begin before the end."""
-BETTER = 0.9
-"""A tenth less unexplained, else rows end in noise or late sound."""
+FEW_ROWS = 20  # enough to tell 10 % of energy; long rows are dear
+MOST_IMAGES = 40_000  # in the reach followed, on average
+BEYOND = 1.02  # of the rows' length: the last arrivals' pulses begin before the end
+BETTER = 0.9  # a tenth less unexplained, else rows end in noise or late sound
 
 
 def reach_row_ends(

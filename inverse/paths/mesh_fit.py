@@ -26,12 +26,9 @@ __all__ = ["MeshStep", "PlaneFit", "family_sd", "fit_planes", "squared_errors"]
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
-AIR = 2
-"""Parameters before the planes': speed of sound and latency."""
-LEAST_MET = 12
-"""A plane that fewer paths meet is not moved."""
-LEAST_TILTED_M = 0.8
-"""A face that reaches less far is moved, not tilted."""
+AIR = 2  # parameters before the planes': speed of sound and latency
+LEAST_MET = 12  # a plane that fewer paths meet is not moved
+LEAST_TILTED_M = 0.8  # a face that reaches less far is moved, not tilted
 # weak priors and largest steps, as for boxes: metres per second and seconds, radians
 # and metres, factors
 AIR_SIGMAS, AIR_BOUND = (2.0, 2e-3), (1.5, 5e-4)

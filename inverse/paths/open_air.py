@@ -24,10 +24,8 @@ from rir.harmonics import evaluate_harmonics
 
 __all__ = ["fit_open_air", "free_levels"]
 
-ROWS = 80
-"""Rows that are fitted: a pattern of order 4 has 25 numbers, a pulse some 50."""
-TURNS = 2
-"""Level and pulse are linear in turn: the second turn changes little."""
+ROWS = 80  # rows that are fitted: a pattern of order 4 has 25 numbers, a pulse some 50
+TURNS = 2  # level and pulse are linear in turn: the second turn changes little
 
 
 def fit_open_air(

@@ -9,8 +9,7 @@ from rir.arrays import FloatArray
 
 __all__ = ["FAR_M", "OrientedBox"]
 
-FAR_M = 500.0
-"""Stands for a wall that was not heard: beyond any path that is listed."""
+FAR_M = 500.0  # stands for a wall that was not heard: beyond any path that is listed
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,10 +25,8 @@ FloatArray = NDArray[np.float64]
 ROWS, FRESH_ROWS, LEAST_ROWS = 60, 60, 12
 """Rows corrected and kept out: as many as a fit of walls needs; a few correct nothing,
 for walls would follow them."""
-HEARD_S = 0.04
-"""Early sound tells where an end is; late sound only repeats it."""
-STEP_M = 2e-4
-"""Of differences: small beside the waves, large beside rounding."""
+HEARD_S = 0.04  # early sound tells where an end is; late sound only repeats it
+STEP_M = 2e-4  # of differences: small beside the waves, large beside rounding
 ROUNDS, STEPS = 2, 2
 """Turns of places and walls, and steps of places: they move by millimetres."""
 LEFT, MOST = 0.01, 0.3
@@ -38,8 +36,7 @@ WORTH, HARMLESS, PROVEN_ROWS = 0.8, 1.06, 16
 more than 6 % more; so many fresh rows, corrected, decide between the rooms."""
 CAUSE = 0.5
 """A box that leaves more at the first corrected places has other faults than those."""
-FARTHEST = 4.0
-"""Sigmas that one coordinate may move."""
+FARTHEST = 4.0  # sigmas that one coordinate may move
 
 
 @dataclass(frozen=True, eq=False)

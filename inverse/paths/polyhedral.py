@@ -53,10 +53,8 @@ ORDERS = (5, 9, MOST_ORDER)
 """Depths that trees are grown to, the next only where the last is not enough."""
 WORTH_BENDING = 0.98
 """Bent sound must lower the error by 2 %: less is chance, and edges are dear."""
-WIDE_M = 0.02
-"""A wall known worse is named: at 2 cm, paths are a wave of 8 kHz off."""
-MOST_FACES = 4000
-"""Triangles of a mesh: mirror trees of more do not end in minutes."""
+WIDE_M = 0.02  # a wall known worse is named: at 2 cm, paths are a wave of 8 kHz off
+MOST_FACES = 4000  # triangles of a mesh: mirror trees of more do not end in minutes
 
 
 @dataclass(frozen=True, eq=False)

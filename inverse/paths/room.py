@@ -12,14 +12,10 @@ from rir import Poses
 __all__ = ["BoxRoom", "turns_of"]
 
 FloatArray = NDArray[np.float64]
-GEOMETRY = 11
-"""Parameters before the walls': turn 3, low 3, high 3, speed, latency."""
-MOST_IMAGES = 6000
-"""Listed within the reach: a row then costs some milliseconds."""
-LONG_TAPS, ROWS_AT_ONCE = 64, 16
-"""Longer pulses are rendered by moments."""
-FRONT = 32
-"""Samples before the first, for latencies below zero."""
+GEOMETRY = 11  # parameters before the walls': turn 3, low 3, high 3, speed, latency
+MOST_IMAGES = 6000  # listed within the reach: a row then costs some milliseconds
+LONG_TAPS, ROWS_AT_ONCE = 64, 16  # longer pulses are rendered by moments
+FRONT = 32  # samples before the first, for latencies below zero
 OMNI = np.array([np.sqrt(4 * np.pi)])
 
 

@@ -41,10 +41,8 @@ LOW_ROWS, FULL_ROWS = 48, 20
 some 30,000 samples against 42 parameters."""
 PATTERN_ORDER = 4
 """Of the emitter: 25 harmonics; small loudspeakers' lobes are no narrower to 4 kHz."""
-ROUNDS = 2
-"""Turns of pulse and walls; a third changes nothing that is heard."""
-FIRST_FACTOR = 0.8
-"""Of reflection, before a fit: between carpet and plaster."""
+ROUNDS = 2  # turns of pulse and walls; a third changes nothing that is heard
+FIRST_FACTOR = 0.8  # of reflection, before a fit: between carpet and plaster
 ORDERS = 24
 """Orders tried one by one for the last; simulators stop earlier or not at all."""
 

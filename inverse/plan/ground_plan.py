@@ -26,8 +26,7 @@ BOUNDS_M = 30.0
 """A box open to one side is drawn so far: beyond any room that was heard."""
 PIECE_M, HEARD_M = 0.25, 0.5
 """Walls are drawn in pieces; a reflection within half a metre speaks for one."""
-LEVEL = 0.99
-"""Of the vertical: planes within 8 degrees are floors and ceilings."""
+LEVEL = 0.99  # of the vertical: planes within 8 degrees are floors and ceilings
 
 
 @dataclass(frozen=True, eq=False)

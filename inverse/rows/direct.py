@@ -12,10 +12,8 @@ __all__ = ["DirectSound", "read_direct", "whitened"]
 FloatArray = NDArray[np.float64]
 BEFORE_S, AFTER_S = 0.0015, 0.0025
 """Of the pulse that is read: a small loudspeaker's, before walls answer."""
-MOST_ROWS = 300
-"""Averaged: noise of more falls by less than a decibel."""
-MOST_LATENCY_S = 0.02
-"""Searched: converters and drivers, not rooms, delay by less."""
+MOST_ROWS = 300  # averaged: noise of more falls by less than a decibel
+MOST_LATENCY_S = 0.02  # searched: converters and drivers, not rooms, delay by less
 NEARLY, SURER = 0.25, 2.0
 """Energy of an earlier arrival over the loudest, and how much surer it must be."""
 

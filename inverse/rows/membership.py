@@ -4,14 +4,10 @@ import numpy as np
 
 __all__ = ["settle", "spectral_start"]
 
-STEPS = 40
-"""Of the mean field: shares stand still after some twenty."""
-NEIGHBOURS = 8
-"""Places beside each: as in a plane, those around it."""
-PULL = 1.0
-"""Neighbours together weigh as much as one pair of whom it is certain."""
-WRONG = 0.03
-"""Part of sights misread, by furniture and faint sound: no pair is surer."""
+STEPS = 40  # of the mean field: shares stand still after some twenty
+NEIGHBOURS = 8  # places beside each: as in a plane, those around it
+PULL = 1.0  # neighbours together weigh as much as one pair of whom it is certain
+WRONG = 0.03  # part of sights misread, by furniture and faint sound: no pair is surer
 MOST_SPECTRAL = 600
 """Places of a dense decomposition, half a second; more are taken sparse."""
 

@@ -20,8 +20,7 @@ NOISES = 6.0
 AHEAD_S, SHARE = 0.004, 0.08
 """A first arrival may be 22 dB below what comes within 4 ms: bent sound is faint, and
 the band's own ripple fainter still."""
-LEAST_QUIET = 12
-"""Samples before the straight way that a noise can be read from."""
+LEAST_QUIET = 12  # samples before the straight way that a noise can be read from
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,12 +16,10 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 TURNS, OFFSETS = 36, 60
 """Planes tried: 5 degrees and a sixtieth of the room apart, finer than places stand."""
-LEAST_SIDE = 3
-"""Places behind a plane: two may be hidden by a piece of furniture."""
+LEAST_SIDE = 3  # places behind a plane: two may be hidden by a piece of furniture
 SEEN_ACROSS = 0.9
 """Most of the pairs that see each other through a door; more are one room."""
-PRICE = 6.0
-"""Nepers that a plane has to bring for its two numbers and the choice of it."""
+PRICE = 6.0  # nepers that a plane has to bring for its two numbers and the choice of it
 
 
 def split_by_planes(

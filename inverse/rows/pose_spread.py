@@ -6,8 +6,7 @@ from inverse.rows.fitset import FitSet
 
 __all__ = ["pose_alarms"]
 
-THIN_M = 0.03
-"""Rms off a line or plane: poses off by centimetres tell no side of it."""
+THIN_M = 0.03  # rms off a line or plane: poses off by centimetres tell no side of it
 
 
 def pose_alarms(rows: FitSet) -> list[str]:

@@ -11,16 +11,12 @@ from inverse.rows.fitset import FitSet
 
 __all__ = ["Proof", "beaten_by_nearest", "error_ratio", "likeness", "prove"]
 
-MOST_ROWS = 100
-"""Scored: means of metrics are then known to some per cent."""
-LEAST = 1e-6
-"""Of a metric: smaller errors are none, and their ratio says nothing."""
-WORSE = 1.05
-"""Errors 5 % larger are worse; less is chance in a hundred rows."""
+MOST_ROWS = 100  # scored: means of metrics are then known to some per cent
+LEAST = 1e-6  # of a metric: smaller errors are none, and their ratio says nothing
+WORSE = 1.05  # errors 5 % larger are worse; less is chance in a hundred rows
 CHIEF = ("C50", "STFT")
 """One metric of decays and one of waveforms: no answer may lose in both."""
-EARLY_S = 0.15
-"""Answers differ early; what follows is told by the same late field."""
+EARLY_S = 0.15  # answers differ early; what follows is told by the same late field
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,14 +19,11 @@ __all__ = ["Regions", "apartness", "direct_levels", "find_regions", "sight_bits"
 
 MOST_REGIONS = 4
 """Rooms that one session spans; more need emitters of their own that few have."""
-LENGTH_M = 1.5
-"""Over which places share a region: half a small room."""
-DOUBT = 1.0
-"""Noise over signal of one place's region: three neighbours outvote it."""
+LENGTH_M = 1.5  # over which places share a region: half a small room
+DOUBT = 1.0  # noise over signal of one place's region: three neighbours outvote it
 SHARPNESS = 40.0
 """Of the border between regions: nine tenths to one within decimetres (0065)."""
-LEAST_HIDDEN = 0.08
-"""Of pairs: fewer are hidden by furniture or read wrong."""
+LEAST_HIDDEN = 0.08  # of pairs: fewer are hidden by furniture or read wrong
 GAIN_PER_BIT, GAIN_PER_PLANE = 0.1, 0.05
 """Neper a pair that one more region must bring: less where it is a plane, which has two
 numbers, than where places may be given one by one."""

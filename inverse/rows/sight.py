@@ -20,12 +20,10 @@ __all__ = ["Sight", "read_sight"]
 FloatArray = NDArray[np.float64]
 ORDER, ROWS_A_HARMONIC = 2, 12
 """Of the pattern, and rows for each of its numbers: half of them may be hidden."""
-TURNS = 8
-"""In which hidden rows are left out; their set is settled after some five."""
+TURNS = 8  # in which hidden rows are left out; their set is settled after some five
 RIDGE = 0.3
 """A third of a row, on all but the mean: directions without rows stay average."""
-FAINT = 0.15
-"""Rows this far below the loudest direction are in doubt."""
+FAINT = 0.15  # rows this far below the loudest direction are in doubt
 UPPER = 0.75
 """Quantile that stands for free levels, where up to half of the rows are hidden."""
 

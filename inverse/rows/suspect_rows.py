@@ -13,10 +13,8 @@ LEAST_SHARE = 0.3
 """Of its own energy that a suspect row leaves: a swapped label leaves more than all."""
 GOOD = 0.1
 """Median above which the room is not understood, so that no row can be blamed."""
-MOST = 0.1
-"""Of rows that may be named; more, and it is the room."""
-NAMED = 6
-"""Rows named in an alarm, which one line holds."""
+MOST = 0.1  # of rows that may be named; more, and it is the room
+NAMED = 6  # rows named in an alarm, which one line holds
 
 
 def suspect_rows(rows: FitSet, predicted: NDArray[np.float64]) -> NDArray[np.bool_]:

@@ -15,23 +15,17 @@ from rir.onset import find_onset
 __all__ = ["checked_units", "travelled_speed"]
 
 FloatArray = NDArray[np.float64]
-LEAST_ROWS, MOST_ROWS = 12, 150
-"""Fewer give no median; 150 give 11,000 slopes."""
-ONSET = 0.3
-"""Of a row's peak; what comes first above it is taken for its direct sound."""
+LEAST_ROWS, MOST_ROWS = 12, 150  # fewer give no median; 150 give 11,000 slopes
+ONSET = 0.3  # of a row's peak; what comes first above it is taken for its direct sound
 ALIKE = 0.93
 """Onsets must follow distances so closely that most stand off by 7 % of their range."""
-WARMEST, COLDEST = 365.0, 319.0
-"""Metres per second, at 55 and -20 °C."""
+WARMEST, COLDEST = 365.0, 319.0  # metres per second, at 55 and -20 °C
 KNOWN = 0.012
 """Part of the speed that is no other air: 7 K, or what onsets are misread by."""
-CLOSE_M = 0.02
-"""A speed of air is taken over where most onsets follow it so closely."""
-TOGETHER_S = 5e-4
-"""Delays within it are alike: 17 cm, what onsets are read to."""
+CLOSE_M = 0.02  # a speed of air is taken over where most onsets follow it so closely
+TOGETHER_S = 5e-4  # delays within it are alike: 17 cm, what onsets are read to
 UNITS = {1000.0: "millimetres", 100.0: "centimetres", 3.2808: "feet", 39.37: "inches"}
-NAMED = 0.06
-"""Part by which a speed may miss a unit: air and onsets are off as much."""
+NAMED = 0.06  # part by which a speed may miss a unit: air and onsets are off as much
 
 
 def checked_units(rows: FitSet) -> tuple[FitSet, list[str]]:

@@ -18,18 +18,13 @@ __all__ = ["LowSound", "TriedRoom"]
 FloatArray = NDArray[np.float64]
 ROWS, EDGE_HZ, WINDOW_S = 48, 800.0, 0.05
 """Of a trial: a row is then a hundred samples, a fit 10 to 30 ms (decision 0067)."""
-SHARE = 0.8
-"""Band edge over half the low rate."""
-HALF = 10
-"""Samples of the low rate on each side of a pulse."""
-LEAD = 4
-"""Samples of the low rate before the first, for a pulse that begins early."""
+SHARE = 0.8  # band edge over half the low rate
+HALF = 10  # samples of the low rate on each side of a pulse
+LEAD = 4  # samples of the low rate before the first, for a pulse that begins early
 PATTERN = 4
 """Harmonics of the emitter, of first order: below 800 Hz loudspeakers have no more."""
-REACH_M = 19.0
-"""Longest path: a little beyond the window."""
-WHOLE = 400
-"""An order that no path within the reach comes to."""
+REACH_M = 19.0  # longest path: a little beyond the window
+WHOLE = 400  # an order that no path within the reach comes to
 
 
 @dataclass(frozen=True, eq=False)
