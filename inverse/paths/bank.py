@@ -9,11 +9,11 @@ interpolation a simulator used, in one.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from rir.arrays import FloatArray
 
 __all__ = ["MOMENTS", "PulseBank", "bank_of_pulse", "ideal_bank"]
 
-FloatArray = NDArray[np.float64]
 MOMENTS = 8  # powers of the fraction of a sample: a sinc to -120 dB
 
 

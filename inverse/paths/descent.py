@@ -3,9 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from rir.arrays import FloatArray
+
 __all__ = ["TRIES", "damped_step", "root_mean_square", "row_weights", "trust"]
 
-FloatArray = NDArray[np.float64]
 TRIES = 4  # tenfold dampings of a step that does not help before a stage ends
 
 

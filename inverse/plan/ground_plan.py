@@ -15,12 +15,12 @@ from inverse.paths.polyhedral import FittedMesh
 from inverse.paths.polyhedron import Polyhedron
 from inverse.paths.shoebox import FittedRoom
 from inverse.walls.cells import cut_cells, label_cells, shape_of
+from rir.arrays import FloatArray
 from rir.errors import SignalError
 from rir.schema import Schema
 
 __all__ = ["FOUND_ROOM", "GroundPlan", "PlanWall", "box_shape", "cut_at", "plan_of"]
 
-FloatArray = NDArray[np.float64]
 FOUND_ROOM = Schema("found room", 1)
 BOUNDS_M = 30.0
 """A box open to one side is drawn so far: beyond any room that was heard."""

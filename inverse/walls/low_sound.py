@@ -3,7 +3,6 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from inverse.paths.bank import PulseBank, ideal_bank
 from inverse.paths.box_fit import BoxStep, fit_room, slow_columns
@@ -12,10 +11,10 @@ from inverse.paths.room import OMNI, BoxRoom
 from inverse.paths.shoebox import FIRST_FACTOR
 from inverse.rows.direct import DirectSound
 from inverse.rows.fitset import FitSet
+from rir.arrays import FloatArray
 
 __all__ = ["LowSound", "TriedRoom"]
 
-FloatArray = NDArray[np.float64]
 ROWS, EDGE_HZ, WINDOW_S = 48, 800.0, 0.05
 """Of a trial: a row is then a hundred samples, a fit 10 to 30 ms (decision 0067)."""
 SHARE = 0.8  # band edge over half the low rate
