@@ -1,4 +1,4 @@
-"""What answers for a room, and what it says of itself."""
+"""A room as it was found: what predicts its responses, and what is sure of it."""
 
 import json
 from dataclasses import dataclass, field
@@ -42,7 +42,7 @@ class Acoustics:
     blend : Blend or None
         What fills in for the paths; None where they explain all.
     unexplained : float
-        Part of the energy of the fitted rows that paths do not tell.
+        Part of the energy of the fitted rows that paths do not predict.
     alarms : list of str
         What a person should know.
     recording : dict

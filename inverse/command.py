@@ -1,4 +1,4 @@
-"""What find-room does: read, find, tell, write."""
+"""What find-room does: read a data set, find its room, show and write it."""
 
 from dataclasses import dataclass
 from pathlib import Path

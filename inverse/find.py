@@ -1,4 +1,4 @@
-"""Stage by stage, from rows to what answers for the room."""
+"""From measured responses to a room, stage by stage."""
 
 from collections.abc import Callable
 from functools import partial
@@ -309,7 +309,7 @@ def _fitted(
 def _settled(
     rows: FitSet, fitted: FittedRoom | FittedMesh, listening: GainPattern | None
 ) -> RecordedRoom:
-    """Return the room with the air of each block and a listener nobody stated."""
+    """Fit the air of each recording block, and the listener's pattern if unstated."""
     settled = fit_air(rows, fitted)
     if listening is not None:
         return settled
@@ -331,7 +331,7 @@ def _without_room(
     emitting: GainPattern | None,
     aimed: bool | None,
 ) -> Acoustics:
-    """Answer from direct sounds and rows, or where none is sure from rows alone."""
+    """Return direct sounds and interpolated rows, or rows alone where none is sure."""
     heard = _sounding(rows)
     direct = read_direct(heard) if len(heard) >= LEAST_ROWS else None
     if direct is None or direct.clearness < LEAST_CLEARNESS or not late:

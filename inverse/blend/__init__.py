@@ -1,1 +1,1 @@
-"""What answers where paths do not, and which of it is believed."""
+"""Predictions where paths explain little: rows, late sound, direct levels."""

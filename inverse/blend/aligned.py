@@ -89,7 +89,7 @@ class AlignedRows:
         return self._answer(emitters, listeners, n_samples, aimed)
 
     def left_out(self, rows: FitSet, *, aimed: bool = False) -> FloatArray:
-        """Return what rows of this set are told by the other emitters' rows.
+        """Return predictions for rows of this set by the other emitters' rows.
 
         With a single emitter place, by rows whose listener is elsewhere.
         """

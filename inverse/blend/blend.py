@@ -1,4 +1,4 @@
-"""What paths leave open, answered by whatever proved right at places left out.
+"""Paths, interpolated rows and late sound, blended by errors at places left out.
 
 Paths, rows interpolated on their direct sounds and, with directional loudspeakers,
 rows alike in the loudspeaker's frame are mixed tile by tile; the completion puts the
@@ -40,7 +40,7 @@ ROWS_S = 0.25  # later than this rows of other places say nothing but energies
 
 @dataclass(frozen=True, eq=False)
 class Blend:
-    """Complete what paths say.
+    """Complete the sound of paths by interpolated rows and late sound.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ class Blend:
         aimed: bool | None = None,
         latency_s: float = 0.0,
     ) -> "Blend":
-        """Learn from measured rows what paths leave open.
+        """Fit to measured rows what completes their paths.
 
         Parameters
         ----------
@@ -91,7 +91,7 @@ class Blend:
         judged : FitSet
             Those to judge by.
         early : ndarray
-            What paths say of the judged rows, shape (judged, n_samples).
+            Paths' sound of the judged rows, shape (judged, n_samples).
         paths : FittedRoom or FittedMesh
             What predicted it; its speed of sound and spread of lengths are used.
         aimed : bool, optional
@@ -149,7 +149,7 @@ class Blend:
         Parameters
         ----------
         early : ndarray, shape (rows, n_samples)
-            What the paths say.
+            The paths' sound.
         emitters, listeners : Poses
             The ends.
         """
@@ -162,7 +162,7 @@ class Blend:
         return self._completed(voices, emitters, listeners)
 
     def left_out(self, early: FloatArray, rows: FitSet) -> FloatArray:
-        """Return the same of measured rows, told by other emitters' rows only."""
+        """Return completed responses of measured rows, by other emitters' rows only."""
         voices = [early]
         if self.rows is not None:
             voices.append(self.rows.left_out(rows))
@@ -213,7 +213,7 @@ class Blend:
 
 
 def _guides(judged: FitSet, voices: list[FloatArray]) -> dict[str, FloatArray | None]:
-    """Return whose energies are worth believing: rows' as well where paths are poor."""
+    """Return answers to take energies from: rows' as well where paths are poor."""
     left = judged.responses - voices[0]
     loud = float((judged.responses**2).sum())
     if len(voices) < 2 or float((left**2).sum()) < BELIEVED * loud:

@@ -33,7 +33,7 @@ RINGING_S = 0.004  # what masks of such bands ring; spectra are padded by it
 
 @dataclass(frozen=True, eq=False)
 class DirectLevels:
-    """Hold the level of direct sounds in bands.
+    """Hold how direct levels depend on distance and aim, band by band.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ class DirectLevels:
     def apply(
         self, answer: FloatArray, emitters: Poses, listeners: Poses
     ) -> FloatArray:
-        """Return answers with their direct sounds at the right level."""
+        """Return answers with the level of their direct sounds corrected."""
         from scipy.fft import irfft
 
         reach = np.linalg.norm(emitters.positions - listeners.positions, axis=1)

@@ -1,4 +1,4 @@
-"""What is answered where no geometry explains the room: the nearest response.
+"""The nearest measured response, where no geometry explains the room.
 
 The nearest stored response over both orders of the ends, moved in time so that
 its direct sound stands where the poses say. Symmetric by
@@ -24,7 +24,7 @@ LEAST_ROWS = 8  # fewer rows do not decide whether re-timing helps; it is then d
 
 @dataclass(frozen=True, eq=False)
 class NearestRows:
-    """Hold rows to answer from.
+    """Hold measured rows to answer from.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class NearestRows:
 
     @classmethod
     def of(cls, rows: FitSet) -> "NearestRows":
-        """Keep the rows of a set, re-timed where places left out speak for it."""
+        """Keep rows; re-time them where that lowers errors at places left out."""
         kept = cls(
             rows.responses.astype(np.float32),
             rows.emitters.positions,
@@ -71,7 +71,7 @@ class NearestRows:
         return self._answer(asked, np.asarray(rows) % len(ends), n_samples)
 
     def left_out(self, rows: FitSet) -> FloatArray:
-        """Return what rows are told by the rows of other emitter places.
+        """Return predictions for measured rows by rows of other emitter places.
 
         With a single place, by rows whose listener is elsewhere.
         """

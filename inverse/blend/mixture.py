@@ -1,4 +1,4 @@
-"""Several answers to one question, each believed where it proved right.
+"""Weights of several predictions, tile by tile, by least squares.
 
 Fitted paths, interpolated rows and a trained network err in different octaves and at
 different times. Each tile takes the sum of their waveforms that came nearest to the
@@ -55,7 +55,7 @@ def mixing_weights(
     measured : ndarray, shape (rows, n)
         Measured responses.
     answers : sequence of ndarray, each of shape (rows, n)
-        What each voice says of them without having heard their emitter.
+        Predictions for them, made without rows of their emitter.
     tiles : Tiles
         Octaves and bins.
 

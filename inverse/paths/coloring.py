@@ -32,7 +32,7 @@ class Coloring:
     sample_rate: float
 
     def heard(self, render: Render, n_samples: int) -> FloatArray:
-        """Return what `render` gives and what the coloring adds, (rows, n_samples)."""
+        """Return rendered sound with its coloring, shape (rows, n_samples)."""
         if not self.factors.any():
             return render(n_samples)
         plain = render(n_samples + self.ahead)

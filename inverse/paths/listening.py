@@ -1,4 +1,4 @@
-"""The listener's pattern, where nobody stated it and it is not alike all round."""
+"""The listener's pattern, where none is stated and it is directional."""
 
 from dataclasses import dataclass, replace
 
@@ -41,8 +41,8 @@ class ListenerFit:
 def fit_listener(rows: FitSet, fitted: FittedRoom | FittedMesh) -> ListenerFit:
     """Fit the listener's pattern in turns with walls and emitter.
 
-    Taken only where listeners were turned, and rows that were not fitted are told
-    better by a tenth of what was left.
+    Taken only where listeners were turned, and rows that were not fitted are
+    predicted better by a tenth.
     """
     none = ListenerFit(fitted, False)
     if len(rows) < FITTED_ROWS + FRESH_ROWS // 2 or not _turned(rows.listeners):

@@ -1,4 +1,4 @@
-"""A room of flat faces as the path field knows it; the peer of `BoxRoom`."""
+"""A room of flat faces, walls, air, devices and pulse; the peer of `BoxRoom`."""
 
 from dataclasses import dataclass, replace
 

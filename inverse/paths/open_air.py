@@ -1,8 +1,8 @@
 """Direct sounds alone: the room without walls, where none is sure.
 
 Level, pulse and timing are fitted to the direct paths as in a box whose walls are too
-far to be heard. Whether the loudspeaker's level depends on where it looks is told by
-places left out.
+far to be heard. Whether the loudspeaker's level depends on its aim is judged at places
+left out.
 """
 
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Correct the places of fitted rows by what paths say, within their stated sigma.
+"""Correct the places of fitted rows by the paths, within their stated error.
 
 Each row has three coordinates at both ends, known to a stated standard deviation.
 What a response follows when an end moves is taken by differences, so that one way
@@ -121,7 +121,7 @@ def correct_places(
 
 
 def placed(rows: FitSet, fitted: FittedRoom | FittedMesh, sigma: float) -> FitSet:
-    """Return rows with their ends where the room says they were."""
+    """Return rows with their ends where the room's paths put them."""
     return _at(rows, _corrected(rows, np.zeros((len(rows), 6)), fitted, sigma))
 
 

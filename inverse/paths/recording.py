@@ -1,4 +1,4 @@
-"""What a first room tells of its recording: air of each block, the listener, places."""
+"""The recording, by a first room: air of each block, listener, places of rows."""
 
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -25,7 +25,7 @@ BLOCK_ROWS, MOST_ROWS = 24, 240
 
 @dataclass(frozen=True, eq=False)
 class RecordedRoom:
-    """Hold a room, what was found of its recording, and what to report.
+    """Hold a fitted room with what was found of its recording.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class RecordedRoom:
     heard_by: GainPattern | None = None
 
     def even(self, rows: FitSet) -> FitSet:
-        """Return rows brought to the mean air."""
+        """Return rows resampled to the mean speed of sound."""
         return rows if self.air is None else self.air.even(rows, self.latency_s)
 
     def placed(
@@ -58,7 +58,7 @@ class RecordedRoom:
         return placed(rows, fitted, sigma) if CORRECTED in self.found else rows
 
     def onto(self, fitted: FittedRoom | FittedMesh) -> "RecordedRoom":
-        """Return the same of another room."""
+        """Return what was found of the recording with another fitted room."""
         return replace(self, fitted=fitted)
 
 
@@ -115,7 +115,7 @@ def find_listener(rows: FitSet, settled: RecordedRoom) -> RecordedRoom:
 
 
 def move_places(rows: FitSet, settled: RecordedRoom, sigma: float) -> RecordedRoom:
-    """Correct the places of fitted rows where that pays."""
+    """Correct the places of fitted rows where that lowers the error of others."""
     if settled.fitted is None:
         return settled
     corrected = correct_places(rows, settled.fitted, sigma)

@@ -1,4 +1,4 @@
-"""Go on fitting a room to rows that have become better known."""
+"""Go on fitting a room to rows whose air, listener or places were corrected."""
 
 from dataclasses import replace
 

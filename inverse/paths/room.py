@@ -1,4 +1,4 @@
-"""A room as the path field knows it: walls, air, devices and one pulse."""
+"""A box-shaped room: walls, air, devices and the pulse of an arrival."""
 
 from dataclasses import dataclass, field, replace
 

@@ -1,1 +1,1 @@
-"""inverse/plan."""
+"""The plan of a room, seen from above."""

@@ -1,4 +1,4 @@
-"""What a fitted room looks like from above, and how sure each wall is."""
+"""A fitted room from above, with the spread of each wall."""
 
 import json
 from dataclasses import dataclass, field
@@ -31,7 +31,7 @@ LEVEL = 0.99  # of the vertical: planes within 8 degrees are floors and ceilings
 
 @dataclass(frozen=True, eq=False)
 class PlanWall:
-    """Hold one wall of a plan.
+    """Hold one wall of a plan and how well it is known.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ class PlanWall:
 
 @dataclass(frozen=True, eq=False)
 class GroundPlan:
-    """Hold a plan.
+    """Hold the walls, places and alarms of a room, as a drawing shows them.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ class GroundPlan:
     height_m : float
         Where the room is cut.
     unexplained : float
-        Part of the energy that paths do not tell.
+        Part of the energy that paths do not predict.
     alarms : list of str
         What a person should know, walls that were not heard among it.
     mark : str

@@ -1,4 +1,4 @@
-"""Draw a plan: walls as sure as they are, places, and the room as described."""
+"""Draw a plan: walls with their spread, places, and the room as described."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING

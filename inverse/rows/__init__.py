@@ -1,1 +1,1 @@
-"""Measured rows, and what they tell before any wall is known."""
+"""Measured rows, and what is read from them before any wall is known."""

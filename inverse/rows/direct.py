@@ -20,7 +20,7 @@ NEARLY, SURER = 0.25, 2.0
 
 @dataclass(frozen=True, eq=False)
 class DirectSound:
-    """Hold what all direct sounds have in common.
+    """Hold the latency and the pulse that all direct sounds share.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ class FitSet:
     sample_rate : float
         Hertz.
     speed_of_sound : float
-        As the temperature tells it, metres per second.
+        At the temperature of the air, metres per second.
     places : ndarray
         Number of the emitter's place, shape (rows,).
     blocks : ndarray

@@ -30,7 +30,7 @@ def spectral_start(
     """Return shares, shape (places, count), from the signed graph of sight.
 
     Places are joined to their neighbours and to what they see, and pushed from
-    what they do not see; the lowest modes of that graph tell the groups.
+    what they do not see; the lowest modes of that graph part the groups.
     """
     near, weight = _neighbours(places)
     size = len(places)
@@ -75,7 +75,7 @@ def _grouped(modes: np.ndarray, count: int) -> np.ndarray:
 def settle(
     places: np.ndarray, pairs: np.ndarray, seen: np.ndarray, shares: np.ndarray
 ) -> tuple[np.ndarray, float]:
-    """Return settled shares and the log likelihood of what was seen."""
+    """Return shares after mean-field steps, and the log likelihood of the sights."""
     near, weight = _neighbours(places)
     first, second = pairs
     # Two ends of one pair may be one place.

@@ -1,4 +1,4 @@
-"""Rooms told apart by upright planes: walls hide what stands behind them.
+"""Rooms parted by upright planes: walls hide what stands behind them.
 
 Where emitters stand in line with a door most pairs see each other, and who sees
 whom is too even a graph to fall apart by itself. A plane between two rooms needs few

@@ -1,4 +1,4 @@
-"""What poses on a line or in a plane cannot tell."""
+"""Poses on a line or in a plane, which leave the room's walls ambiguous."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ THIN_M = 0.03  # rms off a line or plane: poses off by centimetres tell no side 
 
 
 def pose_alarms(rows: FitSet) -> list[str]:
-    """Say in words what the arrangement of the poses leaves open.
+    """Return alarms on what the arrangement of the poses leaves ambiguous.
 
     Paths between poses of one line stay as long when the room is turned about it;
     those of one plane when it is mirrored in it.

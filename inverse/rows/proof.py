@@ -1,4 +1,4 @@
-"""Which of several answers is nearest to rows whose emitter it has not heard."""
+"""Errors of several predictions for rows of emitter places left out."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

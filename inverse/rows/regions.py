@@ -1,4 +1,4 @@
-"""Which places hear one another directly: rooms, found without knowing any wall.
+"""Rooms as groups of places that see each other, found without any wall.
 
 Each measured pair says whether its direct sound arrived. Places that share a
 region should see each other, places apart should not, and neighbours mostly
@@ -53,7 +53,7 @@ def apartness(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Regions:
-    """Answer the shares of regions at any place.
+    """Hold how far each place belongs to each region (room).
 
     Parameters
     ----------
@@ -178,7 +178,7 @@ def direct_levels(
 def find_regions(
     emitters: np.ndarray, listeners: np.ndarray, bits: np.ndarray
 ) -> Regions:
-    """Return regions from who sees whom.
+    """Return the regions that explain which pairs of places see each other.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Which rows' direct sounds arrived: sight between poses, told by responses alone.
+"""Which rows' direct sounds arrived: sight between poses, read from responses.
 
 A direct sound is as loud as the emitter is towards the listener, or it is not there.
 The emitter's pattern is not known beforehand: it is what the loudest rows in each
@@ -30,22 +30,22 @@ UPPER = 0.75
 
 @dataclass(frozen=True, eq=False)
 class Sight:
-    """Hold who sees whom.
+    """Hold which pairs of places see each other.
 
     Parameters
     ----------
     bits : ndarray, shape (rows,)
         1 seen, 0 hidden, NaN in doubt.
     free : ndarray, shape (rows,)
-        Level of each direct sound times distance with nothing in its way, as the
-        loudest rows tell it.
+        Level of each direct sound times distance with nothing in its way, by the
+        loudest rows of its direction.
     """
 
     bits: FloatArray
     free: FloatArray
 
     def regions(self, rows: FitSet) -> Regions:
-        """Return the rooms that sight tells of."""
+        """Return the rooms that explain which places see each other."""
         return find_regions(
             rows.emitters.positions, rows.listeners.positions, self.bits
         )

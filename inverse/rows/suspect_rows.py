@@ -18,9 +18,9 @@ NAMED = 6  # rows named in an alarm, which one line holds
 
 
 def suspect_rows(rows: FitSet, predicted: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return which rows are told far worse than most, shape (rows,).
+    """Return which rows are predicted far worse than most, shape (rows,).
 
-    None where most rows are told badly, or where more than a tenth would be named:
+    None where most rows are predicted badly, or where more than a tenth would be named:
     then it is the room that is not understood.
     """
     power = np.maximum((rows.responses**2).sum(axis=1), 1e-300)
@@ -33,7 +33,7 @@ def suspect_rows(rows: FitSet, predicted: NDArray[np.float64]) -> NDArray[np.boo
 
 
 def suspect_alarms(rows: FitSet, suspect: NDArray[np.bool_]) -> list[str]:
-    """Say which rows do not fit, by their ends."""
+    """Return an alarm that names rows that do not fit by their ends."""
     found = np.flatnonzero(suspect)
     if not len(found):
         return []

@@ -1,4 +1,4 @@
-"""How fast direct sounds travel by what the poses and the sample rate say.
+"""Units of poses and sample rate, checked by the speed of direct sounds.
 
 Poses in millimetres or feet and a wrong sample rate look like sound at an impossible
 speed. Hot or cold air looks like one a few per cent off.
@@ -29,9 +29,9 @@ NAMED = 0.06  # part by which a speed may miss a unit: air and onsets are off as
 
 
 def checked_units(rows: FitSet) -> tuple[FitSet, list[str]]:
-    """Return rows with the speed their direct sounds have, and doubts in words.
+    """Return rows with the speed of sound they show, and alarms on their units.
 
-    Speeds of air from -20 to 55 degrees are taken over; others are only told.
+    Speeds of air from -20 to 55 degrees are taken over; others are only reported.
     """
     found = travelled_speed(rows)
     if found is None:
@@ -57,7 +57,7 @@ def checked_units(rows: FitSet) -> tuple[FitSet, list[str]]:
 
 
 def travelled_speed(rows: FitSet) -> tuple[float, float] | None:
-    """Return the speed of direct sounds, m/s, and how far most stand off it, metres.
+    """Return the speed of direct sounds, m/s, and their median misfit, metres.
 
     The median of slopes between rows (Theil 1950, Sen 1968); None where onsets do
     not follow distances.
