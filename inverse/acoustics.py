@@ -23,7 +23,7 @@ from rir.errors import DatasetError
 from rir.physics import speed_of_sound
 from rir.schema import Schema
 
-__all__ = ["Acoustics"]
+__all__ = ["FOUND", "Acoustics"]
 
 FOUND = Schema("stored room", 1)
 

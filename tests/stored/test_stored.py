@@ -29,8 +29,9 @@ from fields.results import TABLE
 from fields.split import SPLIT, Split
 from fields.stored import FIELD
 from fields.training.checkpoint import CHECKPOINT, TRAINING, read_checkpoint
+from inverse.acoustics import FOUND, Acoustics
 from inverse.plan.ground_plan import FOUND_ROOM
-from rir import Dataset
+from rir import Dataset, Poses
 from rir.cost.curve import COST_CURVE, CostCurve
 from rir.schema import Schema
 
@@ -141,6 +142,14 @@ def cost_curve(folder: Path) -> None:
 def found_room(folder: Path) -> None:
     plain = json.loads(unpack("found-room.json", folder).read_text())
     assert len(FOUND_ROOM.open(plain, "plan.json")["walls"]) == 6
+
+
+@opens(FOUND)
+def stored_room(folder: Path) -> None:
+    opened = Acoustics.load(unpack("stored-room.npz", folder))
+    assert opened.report()["walls"] == 6
+    emitter, listener = Poses.of([[1.0, 1, 1]]), Poses.of([[2.0, 2, 1]])
+    assert np.abs(opened.predict(emitter, listener, 200)).max() > 0
 
 
 def schemas() -> dict[str, Schema]:
