@@ -26,11 +26,11 @@ from inverse.rows.direct import DirectSound, read_direct
 from inverse.rows.fitset import FitSet
 from inverse.rows.tiles import Tiles
 from rir import Poses
+from rir.arrays import FloatArray
 from rir.physics import air_absorption
 
 __all__ = ["fit_banded", "in_half_octaves", "start_banded"]
 
-FloatArray = NDArray[np.float64]
 ROWS, FEW = 64, 32  # fewer tell patterns badly (0066); first walls need half
 WORTH = 0.9  # a tenth better at rows not fitted, or one factor a wall stays (0057)
 LEVEL = (0.7, 1.4)  # 3 dB: more is no want of coherence but a wrong room
@@ -38,7 +38,6 @@ TONED, TONE = 160, (0.5, 2.0)  # rows that tell a tile's mean energy; 6 dB at mo
 CLEAR_HZ = 400.0, 1500.0  # waves shorter than walls, longer than 50 pose errors
 LOW_HZ, MIDDLE_HZ, HIGH_HZ = 200.0, 2000.0, 6000.0
 """Bands that move places: above, places 3 mm off turn phases too far at first."""
-ORDERS = 24  # tried one by one; a room that sounds on is rendered whole
 TREND = (0.6, 1.0)  # a half octave down, walls absorb as much or less
 RINGING_HZ, SOFTER = 200.0, (0.1, 0.3, 0.6, 1.0, 1.5)
 """Up to here walls are scaled until a band rings as long as it does (decision 0057)."""

@@ -11,11 +11,10 @@ from inverse.bands.banded_room import BandedRoom, most_images
 from inverse.bands.half_octaves import HalfOctaves
 from inverse.rows.fitset import FitSet
 from rir import Poses
+from rir.arrays import ComplexArray, FloatArray
 
 __all__ = ["BandData", "band_data", "fit_walls", "tuned"]
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 FAINT = 0.03
 """Below this share of its greatest magnitude a source counts as noise."""
 LOSS_SIGMA, PHASE_SIGMA, PATTERN_SIGMA = 3e-4, 1.0, 0.5

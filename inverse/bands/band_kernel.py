@@ -70,7 +70,7 @@ def list_images(row, ends, geometry, least, most, images):
             for my in range(-most_y, most_y + 1):
                 for py in range(2):
                     vy = h[1] - (1 - 2 * py) * e[1] - 2 * my * size[1]
-                    ay, by = _counts(my, py)
+                    ay, by = wall_counts(my, py)
                     within = reach * reach - vx * vx - vy * vy
                     if within < 0.0 or ax + bx + ay + by > most:
                         continue

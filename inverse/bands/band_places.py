@@ -15,10 +15,10 @@ from inverse.bands.banded_room import BandedRoom, most_images
 from inverse.bands.half_octaves import SPARE
 from inverse.paths.lattice_kernel import GEOMETRY
 from rir import Poses
+from rir.arrays import FloatArray
 
 __all__ = ["PlaceFit", "fit_places"]
 
-FloatArray = NDArray[np.float64]
 PLACES = 6  # coordinates of a row's two ends
 SIGMAS = np.array([0.02] * 3 + [0.05] * 6 + [2.0, 8.0])
 """Weak priors: radians, metres, metres per second, samples."""

@@ -11,11 +11,9 @@ from inverse.bands.occluders import Occluders
 from inverse.bands.scatterers import Scatterers
 from inverse.paths.room import MOST_IMAGES, BoxRoom
 from rir import Poses
+from rir.arrays import ComplexArray, FloatArray
 
 __all__ = ["BandedRoom", "most_images"]
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)

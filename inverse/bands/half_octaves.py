@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rir.arrays import ComplexArray, FloatArray
+
 __all__ = ["HalfOctaves", "Interior", "Kernels", "LoopInput"]
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 LOWEST_HZ = 20.0  # the limit of hearing
 PAD_S = 0.03  # behind a response, so that filters of its end do not reach its start
 SPARE = 1.6

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from inverse.rows.directivity import aimed_offsets
 from inverse.rows.fitset import FitSet
 from rir import Poses
+from rir.arrays import FloatArray
 
 __all__ = ["AlignedRows", "squares"]
 
-FloatArray = NDArray[np.float64]
 NEIGHBOURS = 6  # rows mixed: one to each side along three axes
 NEAREST_M = 0.1
 """Nearer ends count as so far apart in the 1/r law: the size of a driver."""

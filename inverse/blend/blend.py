@@ -11,7 +11,6 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from inverse.array_parts import part_of
 from inverse.blend.aligned import AlignedRows
@@ -27,10 +26,10 @@ from inverse.rows.proof import Proof, prove
 from inverse.rows.tiles import Tiles
 from inverse.rows.unexplained import BELIEVED
 from rir import Poses
+from rir.arrays import FloatArray
 
 __all__ = ["Blend"]
 
-FloatArray = NDArray[np.float64]
 AIMED = 0.3
 """Part of the levels' variance that the aim must explain for rows alike to be asked."""
 LEAST_ROWS = 16

@@ -8,16 +8,15 @@ of the loudspeaker; where places left out confirm it, direct sounds are brought 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from inverse.rows.directivity import aimed_offsets, direct_windows
 from inverse.rows.fitset import FitSet
 from rir import Poses
+from rir.arrays import FloatArray
 from rir.harmonics import evaluate_harmonics
 
 __all__ = ["DirectLevels"]
 
-FloatArray = NDArray[np.float64]
 ORDER = 4
 """Of the pattern in each band: lobes of 45 degrees, as small loudspeakers have."""
 RIDGE = 0.1

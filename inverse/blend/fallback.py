@@ -14,10 +14,10 @@ from inverse.blend.aligned import squares
 from inverse.rows.fitset import FitSet
 from inverse.rows.proof import MOST_ROWS, prove
 from rir import Poses
+from rir.arrays import FloatArray
 
 __all__ = ["NearestRows"]
 
-FloatArray = NDArray[np.float64]
 SAME_M = 0.05  # places so near are one place, poses told by hand allowed for
 LEAST_ROWS = 8  # fewer rows do not decide whether re-timing helps; it is then done
 

@@ -9,14 +9,13 @@ when the ends are exchanged do not change either.
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from inverse.rows.tiles import Tiles
 from inverse.rows.unexplained import EXACT
+from rir.arrays import FloatArray
 
 __all__ = ["mix", "mixing_weights"]
 
-FloatArray = NDArray[np.float64]
 RIDGE = 0.02
 """Of each answer's own energy: parts answers that are nearly alike, costs 2 %."""
 QUIET = 1e-12  # 120 dB below the loudest tile: rounding

@@ -4,13 +4,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from inverse.bands.banded_room import BandedRoom
+from rir.arrays import FloatArray
 
 __all__ = ["FoundObjects"]
 
-FloatArray = NDArray[np.float64]
 STATED_HZ = 1000.0  # gains are stated at the middle octave of ISO 3382-1
 
 

@@ -9,11 +9,10 @@ from inverse.bands.band_fit import KEPT_OUT, LEAST_ROWS, BandData
 from inverse.bands.banded_room import BandedRoom
 from inverse.bands.scatterers import Scatterers
 from inverse.objects.scatter_scan import ResidualSignals, residual_signals
+from rir.arrays import ComplexArray, FloatArray
 
 __all__ = ["find_scatterers", "with_scatterers"]
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 GRID_M = 0.11  # moves a path by 0.2 m, under a wave of 1.4 kHz (decision 0064)
 MARGIN_M = 0.15  # objects nearer to a wall are heard as the wall's
 APART_M, SAME_M = 0.35, 0.1  # peaks of one object; ways up to one place

@@ -4,16 +4,14 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from inverse.bands.band_fit import BandData
 from inverse.bands.banded_room import BandedRoom
 from rir import Poses
+from rir.arrays import ComplexArray, FloatArray
 
 __all__ = ["ResidualSignals", "residual_signals"]
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 FINER = 2
 """Samples of an analytic signal over those of a response."""
 CONSTANT, FIRST = np.sqrt(1 / (4 * np.pi)), np.sqrt(3 / (4 * np.pi))

@@ -22,10 +22,10 @@ from inverse.bands.band_fit import (
 from inverse.bands.banded_room import BandedRoom
 from inverse.bands.occluders import Occluders, voxels_of
 from inverse.rows.fitset import FitSet
+from rir.arrays import FloatArray
 
 __all__ = ["PathLosses", "find_occluders", "measure_losses", "with_occluders"]
 
-FloatArray = NDArray[np.float64]
 GROUPS_HZ = ((500.0, 900.0), (1000.0, 1800.0), (2000.0, 3600.0), (4000.0, 7200.0))
 """Two half octaves each; below, sound bends round furniture (decision 0064)."""
 JUDGED_ORDER, PATHS = 2, 25  # mirror paths over at most two walls: 1 + 6 + 18

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inverse.rows.fitset import FitSet
+from rir.arrays import FloatArray
 from rir.errors import SignalError
 from rir.physics import speed_of_sound
 
@@ -24,7 +25,6 @@ __all__ = [
     "stretched",
 ]
 
-FloatArray = NDArray[np.float64]
 TAPS = 32
 """To each side of an interpolated sample: a windowed sinc flat to 0.9 of Nyquist."""
 TEMPERATURES_C = (-40.0, 60.0)  # of rooms, cold stores and lofts included

@@ -1,18 +1,16 @@
 """Sound that bends around the edges of a room of flat faces."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from inverse.paths.box_fit import SLOW_HZ
 from inverse.paths.mesh_room import MeshRoom
 from inverse.paths.room import turns_of
 from inverse.rows.fitset import place_numbers
 from rir import Poses
+from rir.arrays import ComplexArray, FloatArray
 
 __all__ = ["bends", "bent_sound"]
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 LEAST_OPENING_DEG = 200.0  # edges of less are nearly flat: what they bend is faint
 MOST_EDGES = 60  # more cost minutes: ways are tried edge by edge
 FREQUENCIES = 24

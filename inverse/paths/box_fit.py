@@ -15,10 +15,10 @@ from inverse.paths.descent import TRIES, damped_step, row_weights, trust
 from inverse.paths.mesh_room import MeshRoom
 from inverse.paths.room import FRONT, GEOMETRY, BoxRoom
 from inverse.rows.fitset import FitSet
+from rir.arrays import FloatArray
 
 __all__ = ["BoxStep", "fit_room", "level_errors"]
 
-FloatArray = NDArray[np.float64]
 WALL = GEOMETRY + 6
 MOST_FACTOR = 1.0  # of reflection: a wall adds no energy
 SLOW_HZ = 60.0  # errors below are not counted (decision 0054)

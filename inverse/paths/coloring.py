@@ -9,11 +9,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from rir.arrays import FloatArray
 
 __all__ = ["Coloring", "fit_coloring"]
 
-FloatArray = NDArray[np.float64]
 Render = Callable[[int], FloatArray]
 """Answers the sound of all rows at a number of samples."""
 TIMES_S = 1e-3 * 2.0 ** np.arange(0, 7)

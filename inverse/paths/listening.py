@@ -3,7 +3,6 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from inverse.paths.polyhedral import FittedMesh
 from inverse.paths.resumed import resumed
@@ -12,10 +11,10 @@ from inverse.paths.shoebox import FittedRoom, without_slow
 from inverse.rows.fitset import FitSet
 from inverse.rows.unexplained import CLEAN, unexplained_energy
 from rir import GainPattern, Poses
+from rir.arrays import FloatArray
 
 __all__ = ["ListenerFit", "fit_listener", "pattern_of"]
 
-FloatArray = NDArray[np.float64]
 ORDER, FITTED_ROWS, FRESH_ROWS = 2, 60, 60
 """Nine numbers: microphones of pressure and gradient; some seven rows a number."""
 ROUNDS = 4

@@ -7,7 +7,6 @@ centimetres; their lengths and gains are exact for the planes of each step.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from inverse.paths.box_fit import slow_columns
 from inverse.paths.descent import (
@@ -20,12 +19,10 @@ from inverse.paths.descent import (
 from inverse.paths.mesh_room import MeshRoom
 from inverse.paths.polyhedron import tangents
 from inverse.rows.fitset import FitSet
+from rir.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = ["MeshStep", "PlaneFit", "family_sd", "fit_planes", "squared_errors"]
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-IntArray = NDArray[np.int64]
 AIR = 2  # parameters before the planes': speed of sound and latency
 LEAST_MET = 12  # a plane that fewer paths meet is not moved
 LEAST_TILTED_M = 0.8  # a face that reaches less far is moved, not tilted

@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from inverse.paths.polyhedral import FittedMesh
 from inverse.paths.resumed import resumed
@@ -18,10 +17,10 @@ from inverse.paths.shoebox import FittedRoom, without_slow
 from inverse.rows.fitset import FitSet
 from inverse.rows.unexplained import unexplained_energy
 from rir import Poses
+from rir.arrays import FloatArray
 
 __all__ = ["Corrected", "correct_places", "placed"]
 
-FloatArray = NDArray[np.float64]
 ROWS, FRESH_ROWS, LEAST_ROWS = 60, 60, 12
 """Rows corrected and kept out: as many as a fit of walls needs; a few correct nothing,
 for walls would follow them."""

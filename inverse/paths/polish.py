@@ -5,18 +5,15 @@ from dataclasses import replace
 from functools import partial
 from typing import TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
 from inverse.paths.box_fit import fit_bank
 from inverse.paths.coloring import Coloring, Render, fit_coloring
 from inverse.paths.mesh_room import MeshRoom
 from inverse.paths.room import BoxRoom
 from inverse.rows.fitset import FitSet
+from rir.arrays import FloatArray
 
 __all__ = ["polished", "without_coloring"]
 
-FloatArray = NDArray[np.float64]
 Room = TypeVar("Room", BoxRoom, MeshRoom)
 BANK_S = (0.003, 0.005)
 """Seconds before and after an arrival that a small loudspeaker's pulse fills."""

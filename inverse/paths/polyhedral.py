@@ -6,7 +6,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from inverse.paths.bank import PulseBank, ideal_bank
 from inverse.paths.bent import bends, bent_sound
@@ -27,6 +26,7 @@ from inverse.rows.direct import DirectSound
 from inverse.rows.fitset import FitSet
 from inverse.rows.unexplained import POOR, unexplained_energy
 from rir import GainPattern, Poses
+from rir.arrays import FloatArray
 
 __all__ = [
     "WIDE_M",
@@ -39,7 +39,6 @@ __all__ = [
     "without_bent",
 ]
 
-FloatArray = NDArray[np.float64]
 STAGES = (
     MeshStep(1500.0, 1, 4, pattern=False),
     MeshStep(3000.0, 2, 4),

@@ -6,16 +6,14 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from rooms import Scene
     from rooms.mesh import MeshGeometry
+from rir.arrays import FloatArray, IntArray
 
 __all__ = ["Polyhedron", "tangents"]
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 LOOSE = 1e-6
 """Metres, and parts of a unit normal: rounding of meshes in single precision."""
 

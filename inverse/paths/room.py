@@ -3,15 +3,14 @@
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from inverse.paths.bank import PulseBank
 from inverse.paths.oriented_box import OrientedBox
 from rir import Poses
+from rir.arrays import FloatArray
 
 __all__ = ["BoxRoom", "turns_of"]
 
-FloatArray = NDArray[np.float64]
 GEOMETRY = 11  # parameters before the walls': turn 3, low 3, high 3, speed, latency
 MOST_IMAGES = 6000  # listed within the reach: a row then costs some milliseconds
 LONG_TAPS, ROWS_AT_ONCE = 64, 16  # longer pulses are rendered by moments

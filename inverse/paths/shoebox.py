@@ -16,6 +16,7 @@ from inverse.paths.room import OMNI, BoxRoom
 from inverse.rows.direct import DirectSound
 from inverse.rows.fitset import FitSet
 from rir import GainPattern, Poses
+from rir.arrays import FloatArray
 
 __all__ = [
     "FIRST_FACTOR",
@@ -30,7 +31,6 @@ __all__ = [
     "without_slow",
 ]
 
-FloatArray = NDArray[np.float64]
 STAGES = (
     BoxStep(1500.0, 1, 4, pattern=False),
     BoxStep(3000.0, 2, 4),

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inverse.rows.fitset import FitSet
+from rir.arrays import FloatArray
 
 __all__ = ["DirectSound", "read_direct", "whitened"]
 
-FloatArray = NDArray[np.float64]
 BEFORE_S, AFTER_S = 0.0015, 0.0025
 """Of the pulse that is read: a small loudspeaker's, before walls answer."""
 MOST_ROWS = 300  # averaged: noise of more falls by less than a decibel

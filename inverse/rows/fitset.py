@@ -6,11 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rir import Poses
+from rir.arrays import FloatArray, IntArray
 
 __all__ = ["FitSet", "place_numbers"]
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 SAME_PLACE_M = 1e-3
 """Poses are stated in millimetres at best: nearer ones are one place."""
 

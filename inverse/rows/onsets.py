@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from inverse.rows.direct import DirectSound
 from inverse.rows.fitset import FitSet
+from rir.arrays import FloatArray
 
 __all__ = ["Onsets", "read_onsets"]
 
-FloatArray = NDArray[np.float64]
 LOW_HZ, HIGH_HZ = 200.0, 6000.0
 """Sound that is read: above rumble, below where doors' edges bend too little of it."""
 STRETCH = 4

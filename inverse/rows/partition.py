@@ -9,11 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inverse.rows.membership import WRONG
+from rir.arrays import FloatArray, IntArray
 
 __all__ = ["split_by_planes"]
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 TURNS, OFFSETS = 36, 60
 """Planes tried: 5 degrees and a sixtieth of the room apart, finer than places stand."""
 LEAST_SIDE = 3  # places behind a plane: two may be hidden by a piece of furniture

@@ -14,10 +14,10 @@ from inverse.rows.direct import DirectSound
 from inverse.rows.directivity import aimed_offsets
 from inverse.rows.fitset import FitSet
 from inverse.rows.regions import HIDDEN, SEEN, Regions, direct_levels, find_regions
+from rir.arrays import FloatArray
 
 __all__ = ["Sight", "read_sight"]
 
-FloatArray = NDArray[np.float64]
 ORDER, ROWS_A_HARMONIC = 2, 12
 """Of the pattern, and rows for each of its numbers: half of them may be hidden."""
 TURNS = 8  # in which hidden rows are left out; their set is settled after some five

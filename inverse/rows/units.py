@@ -7,14 +7,13 @@ speed. Hot or cold air looks like one a few per cent off.
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from inverse.rows.fitset import FitSet
+from rir.arrays import FloatArray
 from rir.onset import find_onset
 
 __all__ = ["checked_units", "travelled_speed"]
 
-FloatArray = NDArray[np.float64]
 LEAST_ROWS, MOST_ROWS = 12, 150  # fewer give no median; 150 give 11,000 slopes
 ONSET = 0.3  # of a row's peak; what comes first above it is taken for its direct sound
 ALIKE = 0.93
