@@ -1,7 +1,7 @@
 """The one room that simulated rigs and simulated interfaces are views of."""
 
 from dataclasses import replace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -14,38 +14,11 @@ from rooms.scene import Scene
 from rooms.simulation import run_plan
 from rooms.sound import Sound
 
-__all__ = ["AnyWorld", "MeasuredWorld", "World"]
+__all__ = ["MeasuredWorld", "World"]
 
 
 _EFFECTS = ("patterns", "scattering", "air", "direct", "specular", "late")
 """A box needs these and no others; none is left off, however small."""
-
-
-class AnyWorld(Protocol):
-    """What simulated devices need to know of a world."""
-
-    emitter: Pose | None
-    listeners: list[Pose]
-    sample_rate: int
-    n_samples: int
-
-    def place_emitter(self, pose: Pose) -> None:
-        """Put the emitter at a pose."""
-        ...
-
-    def place_listener(self, pose: Pose, index: int = 0) -> None:
-        """Put one listener at a pose."""
-        ...
-
-    def response(
-        self, emitter: Pose | None = None, listener: Pose | None = None
-    ) -> FloatArray:
-        """Return the response between two poses, shape (n_samples,)."""
-        ...
-
-    def responses(self) -> FloatArray:
-        """Return the responses at all listeners, shape (listeners, n_samples)."""
-        ...
 
 
 class _Places:
