@@ -1,4 +1,4 @@
-"""Measure what the path field tells of two rooms that a doorway joins, heard blind.
+"""Measure what is found of two rooms joined by a doorway, without a drawing.
 
 Rooms of 5 and 4 m with a wall between them and an opening in it; responses by
 mirror paths to order 12 and bent sound, noise 60 dB down, poses 3 mm off; openings,

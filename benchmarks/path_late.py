@@ -1,4 +1,4 @@
-"""Ask how well late energy behind a door is told from few emitters.
+"""Measure how well late energy behind a door follows from few emitters.
 
 The truth is a Monte Carlo of particles in two rooms joined by a door: 16 emitters,
 36 listener columns of 1 m, 20 ms bins. Models learn noisy bins of some emitters and

@@ -1,9 +1,9 @@
-"""Measure the path field on clean boxes, blind, at emitters it has not heard.
+"""Measure the path field on clean boxes, without a drawing, at unseen emitters.
 
 A 6 x 4 x 3 m box with six absorptions and a cardioid emitter, rendered by this
 project and by pyroomacoustics (another pulse, a latency of 40 samples, a 10 Hz
 high-pass, absorption of energy); five emitters, and one. Then the hard cases, and
-boxes of drawn sizes and walls heard from one or three emitters at drawn places: how
+boxes of drawn sizes and walls excited from one or three emitters at drawn places: how
 many have all six walls within 5 mm, and how many of the others say so. CPU seconds of
 one thread, second run of two.
 
