@@ -23,9 +23,9 @@ from rir.errors import DatasetError
 from rir.physics import speed_of_sound
 from rir.schema import Schema
 
-__all__ = ["FOUND", "Acoustics"]
+__all__ = ["FOUND_ROOM", "Acoustics"]
 
-FOUND = Schema("stored room", 1)
+FOUND_ROOM = Schema("found room", 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,7 +152,7 @@ class Acoustics:
 
     def save(self, path: Path) -> Path:
         """Write everything to a file that :meth:`load` opens; return its path."""
-        arrays: dict[str, Any] = FOUND.stamp | self.as_arrays()
+        arrays: dict[str, Any] = FOUND_ROOM.stamp | self.as_arrays()
         np.savez(path, **arrays)
         return path
 
@@ -169,8 +169,8 @@ class Acoustics:
             with np.load(path, allow_pickle=False) as stored:
                 arrays = dict(stored)
         except (OSError, ValueError, AttributeError) as error:
-            raise DatasetError(f"{path} is no {FOUND.kind}: {error}") from error
-        return cls.from_arrays(FOUND.open(arrays, path))
+            raise DatasetError(f"{path} is no {FOUND_ROOM.kind}: {error}") from error
+        return cls.from_arrays(FOUND_ROOM.open(arrays, path))
 
     @classmethod
     def from_arrays(cls, arrays: dict[str, np.ndarray]) -> "Acoustics":

@@ -70,9 +70,9 @@ def compare_two(first: Path, second: Path, out: Path, seed: int) -> Path:
     screen = make_console()
     for line in lines:
         screen.out(
-            f"{line['room']} {line['metric']}: {number(line['first'])} -> "
-            f"{number(line['second'])} {line['unit']}, factor {number(line['change'])} "
-            f"({number(line['low'])} to {number(line['high'])}): {line['words']}"
+            f"{line.room} {line.metric}: {number(line.first)} -> "
+            f"{number(line.second)} {line.unit}, factor {number(line.change)} "
+            f"({number(line.low)} to {number(line.high)}): {line.words}"
         )
     path = write_comparison(lines, (str(first), str(second)), out)
     screen.out(f"wrote {path}")

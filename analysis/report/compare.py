@@ -2,11 +2,11 @@
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 from html import escape
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -17,12 +17,46 @@ from analysis.statistics import interval_of_pseudo_values
 from rir.arrays import FloatArray
 from rir.errors import DatasetError
 
-__all__ = ["compare_reports", "write_comparison"]
+__all__ = ["MetricChange", "compare_reports", "write_comparison"]
+
+
+@dataclass(frozen=True)
+class MetricChange:
+    """How one metric of one room changed from a report to another.
+
+    Parameters
+    ----------
+    room, metric, unit : str
+        What was compared, and the unit of the tables.
+    marks : list of str
+        SIMULATED or MEASURED, of both.
+    first, second : float
+        Mean distance of swapped responses.
+    change, low, high : float
+        Second over first, with its 95 % interval.
+    ratio_first, ratio_second : float
+        Un-paired over paired.
+    words : str
+        What to tell a person.
+    """
+
+    room: str
+    marks: list[str]
+    metric: str
+    unit: str
+    first: float
+    second: float
+    change: float
+    low: float
+    high: float
+    ratio_first: float
+    ratio_second: float
+    words: str
 
 
 def compare_reports(
     first: Report, second: Report, rng: np.random.Generator
-) -> list[dict[str, Any]]:
+) -> list[MetricChange]:
     """Return one line for each room and metric that both reports have.
 
     Rooms go by name; where no name is common, by their order.
@@ -35,10 +69,7 @@ def compare_reports(
 
     Returns
     -------
-    list of dict
-        ``room``, ``metric``, ``unit``, paired means ``first`` and ``second``, their
-        ``change`` as a factor with ``low`` and ``high`` (95 %), ``ratio_first`` and
-        ``ratio_second`` (un-paired over paired), ``words``.
+    list of MetricChange
 
     Raises
     ------
@@ -75,7 +106,7 @@ def _line(
     b: RoomSummary,
     matched: bool,
     rng: np.random.Generator,
-) -> dict[str, Any]:
+) -> MetricChange:
     values = [_distances(room, symbol) for room in (a, b)]
     low, high = _interval(values[0], values[1], matched, rng)
     means = [float(np.nanmean(v)) if np.isfinite(v).any() else np.nan for v in values]
@@ -85,20 +116,20 @@ def _line(
         said = "the second is closer"
     elif low > 1:
         said = "the first is closer"
-    return {
-        "room": a.room if a.room == b.room else f"{a.room} / {b.room}",
-        "marks": [a.mark, b.mark],
-        "metric": symbol,
-        "unit": a.metrics[symbol].unit,
-        "first": means[0],
-        "second": means[1],
-        "change": change,
-        "low": low,
-        "high": high,
-        "ratio_first": a.metrics[symbol].ratio,
-        "ratio_second": b.metrics[symbol].ratio,
-        "words": said,
-    }
+    return MetricChange(
+        room=a.room if a.room == b.room else f"{a.room} / {b.room}",
+        marks=[a.mark, b.mark],
+        metric=symbol,
+        unit=a.metrics[symbol].unit,
+        first=means[0],
+        second=means[1],
+        change=change,
+        low=low,
+        high=high,
+        ratio_first=a.metrics[symbol].ratio,
+        ratio_second=b.metrics[symbol].ratio,
+        words=said,
+    )
 
 
 def _distances(room: RoomSummary, symbol: str) -> FloatArray:
@@ -128,20 +159,20 @@ def _interval(
 
 
 def write_comparison(
-    lines: Sequence[Mapping[str, Any]],
+    lines: Sequence[MetricChange],
     titles: tuple[str, str],
     path: str | Path,
 ) -> Path:
     """Write the comparison as one self-contained page, and as JSON beside it."""
     css = (files("analysis.report") / "page.css").read_text(encoding="utf-8")
-    marks = sorted({mark for line in lines for mark in line["marks"]})
+    marks = sorted({mark for line in lines for mark in line.marks})
     rows = "".join(
-        f"<tr><td>{escape(line['room'])}</td><td>{line['metric']} "
-        f"{escape(line['unit'])}</td><td>{number(line['first'])}</td>"
-        f"<td>{number(line['second'])}</td><td>{number(line['change'])}"
-        f"<small>{number(line['low'])}–{number(line['high'])}</small></td>"
-        f"<td>{number(line['ratio_first'])}</td><td>{number(line['ratio_second'])}</td>"
-        f"<td>{line['words']}</td></tr>"
+        f"<tr><td>{escape(line.room)}</td><td>{line.metric} "
+        f"{escape(line.unit)}</td><td>{number(line.first)}</td>"
+        f"<td>{number(line.second)}</td><td>{number(line.change)}"
+        f"<small>{number(line.low)}–{number(line.high)}</small></td>"
+        f"<td>{number(line.ratio_first)}</td><td>{number(line.ratio_second)}</td>"
+        f"<td>{line.words}</td></tr>"
         for line in lines
     )
     heads = ("room", "metric", "first", "second", "second / first")
@@ -162,5 +193,7 @@ def write_comparison(
         encoding="utf-8",
     )
     beside = target.with_suffix(".json")
-    beside.write_text(json.dumps(without_nan(list(lines)), indent=1) + "\n")
+    beside.write_text(
+        json.dumps(without_nan([asdict(line) for line in lines]), indent=1) + "\n"
+    )
     return target

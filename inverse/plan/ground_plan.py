@@ -19,9 +19,9 @@ from rir.arrays import FloatArray
 from rir.errors import SignalError
 from rir.schema import Schema
 
-__all__ = ["FOUND_ROOM", "GroundPlan", "PlanWall", "box_shape", "cut_at", "plan_of"]
+__all__ = ["GROUND_PLAN", "GroundPlan", "PlanWall", "box_shape", "cut_at", "plan_of"]
 
-FOUND_ROOM = Schema("found room", 1)
+GROUND_PLAN = Schema("ground plan", 1)
 BOUNDS_M = 30.0
 """A box open to one side is drawn so far: beyond any room that was heard."""
 PIECE_M, HEARD_M = 0.25, 0.5
@@ -120,7 +120,7 @@ class GroundPlan:
     def save(self, path: Path) -> None:
         """Write the plan as JSON."""
         content = {
-            **FOUND_ROOM.stamp,
+            **GROUND_PLAN.stamp,
             "mark": self.mark,
             "height_m": self.height_m,
             "unexplained": self.unexplained,

@@ -25,20 +25,20 @@ def folders(tmp_path_factory, new_session):
 def test_a_noisier_session_is_farther_from_reciprocity(folders):
     quiet, noisy = map(load_report, folders)
     lines = compare_reports(quiet, noisy, np.random.default_rng(0))
-    assert [x["metric"] for x in lines] == ["Amp", "Env", "T60", "C50", "EDT", "STFT"]
+    assert [x.metric for x in lines] == ["Amp", "Env", "T60", "C50", "EDT", "STFT"]
     for line in lines:
-        if line["metric"] in ("Amp", "Env", "STFT"):
-            assert line["words"] == "the first is closer"
-            assert 1 < line["low"] < line["change"] < line["high"]
+        if line.metric in ("Amp", "Env", "STFT"):
+            assert line.words == "the first is closer"
+            assert 1 < line.low < line.change < line.high
     back = compare_reports(noisy, quiet, np.random.default_rng(0))
-    assert back[0]["words"] == "the second is closer"
+    assert back[0].words == "the second is closer"
 
 
 def test_a_report_does_not_differ_from_itself(folders):
     report = load_report(folders[0] / "report.json")
     for line in compare_reports(report, report, np.random.default_rng(0)):
-        assert line["change"] == 1
-        assert line["words"] == "no clear difference"
+        assert line.change == 1
+        assert line.words == "no clear difference"
 
 
 def test_command_writes_a_marked_page(folders, tmp_path, capsys):

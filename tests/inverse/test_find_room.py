@@ -89,5 +89,5 @@ def test_rooms_of_other_programs_are_refused(tmp_path, box_set):
     path = kept.save(tmp_path / "room.npz")
     assert Acoustics.load(path).alarms == kept.alarms
     (tmp_path / "other.npz").write_text("no arrays")
-    with pytest.raises(DatasetError, match="stored room"):
+    with pytest.raises(DatasetError, match="found room"):
         Acoustics.load(tmp_path / "other.npz")

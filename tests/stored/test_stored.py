@@ -29,8 +29,8 @@ from fields.results import TABLE
 from fields.split import SPLIT, Split
 from fields.stored import FIELD
 from fields.training.checkpoint import CHECKPOINT, TRAINING, read_checkpoint
-from inverse.acoustics import FOUND, Acoustics
-from inverse.plan.ground_plan import FOUND_ROOM
+from inverse.acoustics import FOUND_ROOM, Acoustics
+from inverse.plan.ground_plan import GROUND_PLAN
 from rir import Dataset, Poses
 from rir.cost.curve import COST_CURVE, CostCurve
 from rir.schema import Schema
@@ -128,8 +128,8 @@ def table(folder: Path) -> None:
 def report(folder: Path) -> None:
     opened = load_report(unpack("report.json", folder))
     lines = compare_reports(opened, opened, np.random.default_rng(0))
-    assert {line["room"] for line in lines} == {"kitchen"}
-    assert all(line["first"] == line["second"] for line in lines)
+    assert {line.room for line in lines} == {"kitchen"}
+    assert all(line.first == line.second for line in lines)
 
 
 @opens(COST_CURVE)
@@ -140,16 +140,19 @@ def cost_curve(folder: Path) -> None:
 
 @opens(FOUND_ROOM)
 def found_room(folder: Path) -> None:
-    plain = json.loads(unpack("found-room.json", folder).read_text())
-    assert len(FOUND_ROOM.open(plain, "plan.json")["walls"]) == 6
-
-
-@opens(FOUND)
-def stored_room(folder: Path) -> None:
-    opened = Acoustics.load(unpack("stored-room.npz", folder))
-    assert opened.report()["walls"] == 6
+    opened = Acoustics.load(unpack("found-room.npz", folder))
+    report = opened.report()
+    assert report["walls"] == 6
+    edges = sorted(-plane[3] for plane in report["planes"])[-3:]
+    np.testing.assert_allclose(edges, [2.8, 4.0, 5.0], atol=1e-3)
     emitter, listener = Poses.of([[1.0, 1, 1]]), Poses.of([[2.0, 2, 1]])
     assert np.abs(opened.predict(emitter, listener, 200)).max() > 0
+
+
+@opens(GROUND_PLAN)
+def ground_plan(folder: Path) -> None:
+    plain = json.loads(unpack("ground-plan.json", folder).read_text())
+    assert len(GROUND_PLAN.open(plain, "plan.json")["walls"]) == 6
 
 
 def schemas() -> dict[str, Schema]:
