@@ -1,4 +1,4 @@
-"""How much is made of waveforms, chosen by the errors at places left out."""
+"""Variants of a completion, chosen by their errors at places left out."""
 
 from dataclasses import replace
 from typing import Any
@@ -16,8 +16,9 @@ CHOICES: tuple[dict[str, Any], ...] = (
     {"low": 0.2, "high": 0.6},
     {"low": 0.1, "high": 0.4, "steady": True},
 )
-CALM = 1.0, 0.93
-JUDGED_ROWS = 48
+LATE_GAINS = 1.0, 0.93
+"""Of late waveforms: what is left of chance in them is better 0.6 dB too quiet."""
+JUDGED_ROWS = 48  # enough to rank variants; each answers them some twenty times (0066)
 DECAYS = "T60", "C50", "EDT"
 LEAN = 0.1
 """Errors of decays differ more by chance of few rows than those of waveforms."""
@@ -53,7 +54,7 @@ def choose_variant(
         tried[str(number)] = one.trimmed(rows, early, energies, guide)
     best = _best(tried, rows, *said)
     tried = {}
-    for calm in CALM:
+    for calm in LATE_GAINS:
         one = replace(best, agreement=replace(best.agreement, calm=calm))
         told = one.apply(early, rows.emitters, rows.listeners, guide)
         taps = tilt_filter(rows.responses, told, rows.sample_rate)
