@@ -18,7 +18,7 @@ app = make_app()
 def find(
     session: Annotated[
         list[str],
-        typer.Argument(help="Session folders or data sets of one room, read as one."),
+        typer.Argument(help="Sessions or data sets of one room; or one SOFA file."),
     ],
     out: Annotated[
         Path | None,
@@ -36,6 +36,10 @@ def find(
         float, typer.Option(help="Look at this rate [Hz]; 0 keeps the data's.")
     ] = 16000.0,
     reach: Annotated[float, typer.Option(help="Longest path [s].")] = 0.12,
+    simulated: Annotated[
+        bool | None,
+        typer.Option("--simulated/--measured", help="For files that do not say it."),
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
 ) -> None:
     """Find the walls of a room in measured responses and draw its plan."""
@@ -43,7 +47,14 @@ def find(
 
     find_and_report(
         RoomRequest(
-            session, out, drawn, pose_error / 1000, sample_rate or None, reach, quiet
+            session,
+            out,
+            drawn,
+            pose_error / 1000,
+            sample_rate or None,
+            reach,
+            simulated,
+            quiet,
         )
     )
 

@@ -32,7 +32,18 @@ class RoomRequest:
     pose_sd_m: float
     sample_rate: float | None
     reach_s: float
+    simulated: bool | None
     quiet: bool
+
+    def dataset(self) -> Dataset:
+        """Open what was asked for; a file of another tool by its ending."""
+        from rir.files import FORMATS
+
+        path = Path(self.sessions[0])
+        for kind in FORMATS.values():
+            if kind.suffix and kind.suits(path) and len(self.sessions) == 1:
+                return kind.read(path, self.simulated)
+        return Dataset.open(*self.sessions)
 
     def folder(self) -> Path:
         """Return the folder to write to."""
@@ -54,7 +65,7 @@ def find_and_report(request: RoomRequest) -> Acoustics:
         if not 0 <= value < np.inf or (name == "reach" and value == 0):
             raise ConfigError(f"--{name.replace(' ', '-')} {value:g} is no {name}")
     console = make_console()
-    dataset = Dataset.open(*request.sessions)
+    dataset = request.dataset()
     shape = None if request.drawn is None else Polyhedron.load(request.drawn)
     longest = CUT * request.reach_s
     with console.status("reading") as status:

@@ -111,15 +111,15 @@ def _compared(
     # rows that are silent say nothing
     even = np.divide(1.0, loud, out=np.zeros_like(loud), where=loud > 1e-200)
     where = after[rows].ravel()
-    names = "measured", "told", "products", "shuffled"
-    parts = [getattr(held, name)[rows] * even[:, None, None] for name in names]
-    measured, told, product = (_sums(one, where) for one in parts[:3])
+    kinds = held.measured, held.predicted, held.products, held.shuffled
+    parts = [kind[rows] * even[:, None, None] for kind in kinds]
+    measured, predicted, product = (_sums(one, where) for one in parts[:3])
     chance = _sums(parts[3] ** 2, where)
     # held against chance before it is divided: the quotient of silent tiles overflows
     sure = (product > 0) & (product**2 > NULL_SIGMAS**2 * chance)
-    scale = np.maximum(measured * told, 1e-300)
+    scale = np.maximum(measured * predicted, 1e-300)
     found = np.where(sure, product**2, 0.0) / scale
-    levels = np.sqrt(measured / np.maximum(told, 1e-6 * measured + 1e-300))
+    levels = np.sqrt(measured / np.maximum(predicted, 1e-6 * measured + 1e-300))
     return np.minimum(found, 1.0), levels
 
 

@@ -147,6 +147,8 @@ def _columns(sofa: Any, count: int) -> dict[str, NDArray[Any]]:
         columns["pair_id"] = np.ravel(sofa.PairIndex).astype(int)
         columns["direction"] = np.ravel(sofa.PairDirection).astype(str)
     kelvin = np.ravel(getattr(sofa, "RoomTemperature", np.nan)).astype(float)
+    # conventions fill in 0 where nobody measured: that is no temperature of a room
+    kelvin[kelvin <= 0] = np.nan
     if getattr(sofa, "RoomTemperature_Units", "") == "kelvin":
         columns["temperature_c"] = np.broadcast_to(
             kelvin - ZERO_CELSIUS_K, (count,)

@@ -57,6 +57,17 @@ def test_the_walls_of_a_box_are_found_in_a_process_without_torch(
     assert error < 1e-3 * (unseen_set.responses**2).sum()
 
 
+def test_a_sofa_file_is_read_and_its_mark_never_guessed(file, tmp_path, capsys):
+    pytest.importorskip("sofar")
+    from rir.files import FORMATS
+
+    sofa = tmp_path / "few.sofa"
+    FORMATS["sofa"].write(Dataset.open(file).subset(np.arange(4)), sofa)
+    out = ["--out", str(tmp_path / "out"), "--quiet"]
+    assert main([str(sofa), *out, "--measured"]) == 0
+    assert "MEASURED data: 4 responses" in capsys.readouterr().out
+
+
 def test_what_cannot_be_used_is_told_in_one_line(file, tmp_path, capsys):
     wrong = [
         [str(tmp_path / "nowhere")],

@@ -1,4 +1,4 @@
-"""Sets that deceive: what is answered, and what is said of it."""
+"""Data sets that deceive: what is answered, and which alarm is raised."""
 
 from dataclasses import replace
 
