@@ -13,11 +13,13 @@ __all__ = ["main"]
 
 app = make_app()
 
-EPILOG = (
-    "Further commands: train-field compare CONFIG (models x seeds tables), "
-    "train-field cost (accuracy against time), train-field map RUN (field maps), "
-    "train-field list (the models)."
-)
+EPILOG = """\b
+Further commands, each with its own --help:
+  train-field list             the models
+  train-field compare CONFIG   tables of models x forms x seeds
+  train-field cost DATASET     accuracy against seconds of training
+  train-field map RUN          maps of a trained field
+"""
 
 
 @app.command(epilog=EPILOG)
@@ -53,10 +55,10 @@ def train(
         float, typer.Option(help="Part of the emitters held out for the test.")
     ] = 0.25,
     sample_rate: Annotated[
-        float, typer.Option(help="Train at this rate, Hz; 0 keeps the data's.")
+        float, typer.Option(help="Train at this rate [Hz]; 0 keeps the data's.")
     ] = 16000.0,
     duration: Annotated[
-        float, typer.Option(help="Train on so many seconds; 0 keeps all.")
+        float, typer.Option(help="Train on the first seconds [s]; 0 keeps all.")
     ] = 0.1,
     device: Annotated[str, typer.Option(help="cpu or cuda.")] = "cpu",
     settings: Annotated[

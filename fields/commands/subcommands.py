@@ -67,13 +67,13 @@ def compare_models(
 def draw_map(
     run: Annotated[Path, typer.Argument(help="Run folder or field file.")],
     emitter: Annotated[
-        str, typer.Option(help="Emitter x,y,z in metres; the box's middle if left out.")
+        str, typer.Option(help="Emitter x,y,z [m]; the box's middle if left out.")
     ] = "",
-    spacing: Annotated[float, typer.Option(help="Grid spacing, metres.")] = 0.2,
+    spacing: Annotated[float, typer.Option(help="Grid spacing [m].")] = 0.2,
     height: Annotated[
-        float | None, typer.Option(help="Height of the listeners, metres.")
+        float | None, typer.Option(help="Height of the listeners [m].")
     ] = None,
-    frequency: Annotated[float, typer.Option(help="Of the phase map, Hz.")] = 500.0,
+    frequency: Annotated[float, typer.Option(help="Of the phase map [Hz].")] = 500.0,
     out: Annotated[
         Path | None, typer.Option(help="PNG to write; beside the field by default.")
     ] = None,

@@ -11,6 +11,25 @@ def _entry(x, y, z, mask):
     return (x ^ (y * np.int64(2654435761)) ^ (z * np.int64(805459861))) & mask
 
 
+@njit(cache=True, inline="always")
+def _cell(place, size):
+    """Return a place's cell, and where in the cell it lies."""
+    px, py, pz = place * np.float32(size)
+    cx = min(max(np.int64(px), 0), size - 1)
+    cy = min(max(np.int64(py), 0), size - 1)
+    cz = min(max(np.int64(pz), 0), size - 1)
+    return (cx, cy, cz), (px - cx, py - cy, pz - cz)
+
+
+@njit(cache=True, inline="always")
+def _corner(cell, part, corner, mask):
+    """Return the table's entry of a cell's corner, and the corner's weight."""
+    a, b, c = corner >> 2, (corner >> 1) & 1, corner & 1
+    share = (part[0] if a else 1 - part[0]) * (part[1] if b else 1 - part[1])
+    share *= part[2] if c else 1 - part[2]
+    return _entry(cell[0] + a, cell[1] + b, cell[2] + c, mask), share
+
+
 @njit(cache=True)
 def read_grid(unit, table, resolutions):
     """Interpolate table entries; shape (points, levels * features)."""
@@ -20,16 +39,9 @@ def read_grid(unit, table, resolutions):
     for level in range(levels):
         size = resolutions[level]
         for point in range(len(unit)):
-            px, py, pz = unit[point] * np.float32(size)
-            cx = min(max(np.int64(px), 0), size - 1)
-            cy = min(max(np.int64(py), 0), size - 1)
-            cz = min(max(np.int64(pz), 0), size - 1)
-            fx, fy, fz = px - cx, py - cy, pz - cz
+            cell, part = _cell(unit[point], size)
             for corner in range(8):
-                a, b, c = corner >> 2, (corner >> 1) & 1, corner & 1
-                share = (fx if a else 1 - fx) * (fy if b else 1 - fy)
-                share *= fz if c else 1 - fz
-                index = _entry(cx + a, cy + b, cz + c, mask)
+                index, share = _corner(cell, part, corner, mask)
                 for k in range(features):
                     found[point, level * features + k] += share * table[level, index, k]
     return found
@@ -44,16 +56,9 @@ def spread_gradient(unit, shape, resolutions, gradient):
     for level in range(levels):
         size = resolutions[level]
         for point in range(len(unit)):
-            px, py, pz = unit[point] * np.float32(size)
-            cx = min(max(np.int64(px), 0), size - 1)
-            cy = min(max(np.int64(py), 0), size - 1)
-            cz = min(max(np.int64(pz), 0), size - 1)
-            fx, fy, fz = px - cx, py - cy, pz - cz
+            cell, part = _cell(unit[point], size)
             for corner in range(8):
-                a, b, c = corner >> 2, (corner >> 1) & 1, corner & 1
-                share = (fx if a else 1 - fx) * (fy if b else 1 - fy)
-                share *= fz if c else 1 - fz
-                index = _entry(cx + a, cy + b, cz + c, mask)
+                index, share = _corner(cell, part, corner, mask)
                 for k in range(features):
                     spread[level, index, k] += (
                         share * gradient[point, level * features + k]

@@ -37,20 +37,9 @@ class MeshViews(nn.Module):
 
     @torch.no_grad()
     def forward(self, origins: Tensor, directions: Tensor) -> tuple[Tensor, Tensor]:
-        """Return distance and shade of what each ray meets.
+        """Return distance and shade of what each ray meets, as ``BoxViews`` does.
 
-        Parameters
-        ----------
-        origins : Tensor
-            Shape (batch, 3), metres.
-        directions : Tensor
-            Unit vectors, shape (batch, rays, 3).
-
-        Returns
-        -------
-        tuple of Tensor
-            Distance in metres (at most 100) and absorption of the surface, shape
-            (batch, rays); openings are black.
+        What is open is 100 m away and black.
         """
         from fields.layers.view_kernel import cast
 

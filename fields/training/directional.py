@@ -1,15 +1,11 @@
 """A trained field whose listener pattern can be exchanged."""
 
-from typing import Any
-
 import numpy as np
 import torch
 
-from fields.field import paired_queries
 from fields.layers.harmonics import broadband_coefficients
-from fields.layers.query import Query
 from fields.render.weighting import pattern_weighting, single_harmonic
-from fields.training.network import PREDICT_ROWS, NetworkField
+from fields.training.network import NetworkField
 from rir import GainPattern, Pose, Poses
 from rir.harmonics import harmonic_count
 
@@ -51,7 +47,7 @@ class DirectionalField(NetworkField):
             row = torch.tensor(
                 broadband_coefficients(listener_gain, listener_gain.order)
             )
-            return self._weighed(emitters, listeners, pattern_weighting(row.float()))
+            return self.rendered(emitters, listeners, pattern_weighting(row.float()))
         parts = self.harmonic_responses(emitters, listeners, listener_gain.order)
         return _banded(parts, listener_gain, self.frame.sample_rate)
 
@@ -70,7 +66,7 @@ class DirectionalField(NetworkField):
             room response in the listener's frame, real orthonormal, ACN order.
         """
         parts = [
-            self._weighed(emitters, listeners, single_harmonic(index, order))
+            self.rendered(emitters, listeners, single_harmonic(index, order))
             for index in range(harmonic_count(order))
         ]
         return np.stack(parts, axis=1)
@@ -86,18 +82,6 @@ class DirectionalField(NetworkField):
         from fields.training.readout import read_emitter_pattern
 
         return read_emitter_pattern(self)
-
-    def _weighed(self, emitters: Any, listeners: Any, weighting: Any) -> np.ndarray:
-        first, second = paired_queries(emitters, listeners)
-        answers = np.empty((len(first), self.frame.n_samples), dtype=np.float32)
-        self.network.eval()
-        with torch.no_grad():
-            for start in range(0, len(first), PREDICT_ROWS):
-                rows = slice(start, start + PREDICT_ROWS)
-                query = Query.of(first[rows], second[rows], self.device)
-                heard = self.network.render(query, weighting)
-                answers[rows] = heard.float().cpu().numpy()
-        return np.float32(self.frame.scale) * answers
 
 
 def _banded(parts: np.ndarray, pattern: GainPattern, sample_rate: float) -> np.ndarray:

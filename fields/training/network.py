@@ -79,6 +79,15 @@ class NetworkField:
         self, emitters: Poses | Pose | np.ndarray, listeners: Poses | Pose | np.ndarray
     ) -> np.ndarray:
         """Return responses, shape (queries, n_samples), float32."""
+        return self.rendered(emitters, listeners)
+
+    def rendered(
+        self,
+        emitters: Poses | Pose | np.ndarray,
+        listeners: Poses | Pose | np.ndarray,
+        *how: Any,
+    ) -> np.ndarray:
+        """Return the same, with what else the network's ``render`` takes."""
         first, second = paired_queries(emitters, listeners)
         answers = np.empty((len(first), self.frame.n_samples), dtype=np.float32)
         self.network.eval()
@@ -86,7 +95,7 @@ class NetworkField:
             for start in range(0, len(first), PREDICT_ROWS):
                 rows = slice(start, start + PREDICT_ROWS)
                 query = Query.of(first[rows], second[rows], self.device)
-                answers[rows] = self.network.render(query).float().cpu().numpy()
+                answers[rows] = self.network.render(query, *how).float().cpu().numpy()
         return np.float32(self.frame.scale) * answers
 
     @property
