@@ -46,8 +46,9 @@ def band_parameters(
     Returns
     -------
     found : dict
-        As `acoustic_parameters`, with a last axis of bands; NaN where bandwidth times
-        reverberation time is below 16 (``short_BT``) or the band does not fit.
+        As `acoustic_parameters`, with a last axis of bands; times are NaN where
+        bandwidth times reverberation time is below 12.5 (below 16 they are flagged
+        ``short_BT``), all is where the band does not fit.
 
     Raises
     ------

@@ -5,7 +5,7 @@ import sys
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Protocol, runtime_checkable
 
 from rir.deprecation import DeprecatedWarning
 from rir.errors import ResoundingError
@@ -152,18 +152,36 @@ def _version_option() -> Any:
     return typer.main.get_command(app).params[0]
 
 
+@runtime_checkable
+class _Ended(Protocol):
+    """An end of the program, in any click's words."""
+
+    exit_code: int
+
+
+@runtime_checkable
+class _Misused(Protocol):
+    """A mistake in the options, in any click's words."""
+
+    exit_code: int
+
+    def format_message(self) -> str:
+        """Return what was wrong."""
+        ...
+
+
 def _end(error: Exception, prog: str) -> int:
     """Turn click's own exceptions into exit codes, whichever click raised them."""
-    name = type(error).__name__
-    if name == "Abort":
-        return _tell(f"{prog}: interrupted", EXIT_INTERRUPTED)
-    if name == "Exit":
-        return int(getattr(error, "exit_code", EXIT_DONE))
-    if hasattr(error, "format_message") and hasattr(error, "exit_code"):
-        if name == "NoArgsIsHelpError":
+    match type(error).__name__, error:
+        case "Abort", _:
+            return _tell(f"{prog}: interrupted", EXIT_INTERRUPTED)
+        case "Exit", _Ended(exit_code=code):
+            return code
+        case "NoArgsIsHelpError", _:
             return _tell(str(error), EXIT_USAGE)
-        message = error.format_message()  # pyright: ignore[reportAttributeAccessIssue]
-        return _tell(f"{prog}: {message} (see {prog} --help)", EXIT_USAGE)
+        case _, _Misused():
+            told = error.format_message()
+            return _tell(f"{prog}: {told} (see {prog} --help)", EXIT_USAGE)
     raise error
 
 
