@@ -5,16 +5,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from capture.deconvolution.deconvolve import Deconvolution, deconvolve
 from capture.signal.sweep_search import find_sweeps
+from rir.arrays import FloatArray
 from rir.errors import SignalError
 from rir.files.audio import read_audio, write_audio
 
 __all__ = ["DeconvolutionJob", "deconvolve_files"]
-
-Array = NDArray[np.float64]
 
 FORMATS = (".wav", ".npz", ".h5")
 
@@ -72,8 +70,8 @@ def deconvolve_files(job: DeconvolutionJob) -> list[Deconvolution]:
 
 
 def _companions(
-    job: DeconvolutionJob, recording: Array, rate: int
-) -> tuple[Array, Array | None, Array]:
+    job: DeconvolutionJob, recording: FloatArray, rate: int
+) -> tuple[FloatArray, FloatArray | None, FloatArray]:
     excitation, excitation_rate = read_audio(job.excitation)
     _same_rate(job.excitation, excitation_rate, rate)
     loopback = None
@@ -104,7 +102,7 @@ def _same_rate(path: Path, rate: int, wanted: int) -> None:
         )
 
 
-def _channel(number: int, rows: Array, path: Path) -> int:
+def _channel(number: int, rows: FloatArray, path: Path) -> int:
     if number > len(rows):
         raise SignalError(
             f"{path} has {len(rows)} channels; channel {number} is not one"
@@ -136,7 +134,10 @@ def _write(job: DeconvolutionJob, results: list[Deconvolution], rate: int) -> No
 
 
 def _write_h5(
-    job: DeconvolutionJob, responses: Array, rate: int, results: list[Deconvolution]
+    job: DeconvolutionJob,
+    responses: FloatArray,
+    rate: int,
+    results: list[Deconvolution],
 ) -> None:
     from rir import DatasetWriter, Pose, Poses
 

@@ -5,16 +5,14 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import field_validator
 
 from capture.signal.randomness import take_rng
 from rir import Registry
+from rir.arrays import FloatArray
 from rir.config import Config
 
 __all__ = ["FAULTS", "FaultKind", "FaultScene", "TakeFault", "spoil"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

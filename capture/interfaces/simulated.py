@@ -19,10 +19,9 @@ from capture.interfaces.table import (
 from capture.signal.randomness import take_rng
 from capture.signal.resample import evaluate_stretched
 from rir import InterfaceError
+from rir.arrays import FloatArray
 
 __all__ = ["SimulatedInterface"]
-
-FloatArray = NDArray[np.float64]
 
 
 class SimulatedInterface:

@@ -1,13 +1,11 @@
 """Takes that are unlike the other takes of the same thing."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from capture.deconvolution.takes import FEWEST_TO_JUDGE, HARMLESS_DB, MARGIN_DB
+from rir.arrays import FloatArray
 
 __all__ = ["find_outlier", "take_distances"]
-
-FloatArray = NDArray[np.float64]
 
 
 def take_distances(responses: FloatArray) -> FloatArray:

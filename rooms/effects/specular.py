@@ -1,8 +1,8 @@
 """Mirror reflections: image sources."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rir.arrays import FloatArray
 from rir.errors import SceneError
 from rir.physics import decibels
 from rooms.effects.effect import Effect, Need, Tolerance, judged
@@ -13,7 +13,6 @@ from rooms.sound import Arrivals, Budget, Lattice, Sound
 
 __all__ = ["SPECULAR"]
 
-FloatArray = NDArray[np.float64]
 _ANY_ORDER = 1 << 30  # no response is as long, and sums of orders still fit 32 bits
 _SILENT_DB = 300.0  # below what double precision keeps of a sum of pressures
 _MOST_IMAGES = 2e9

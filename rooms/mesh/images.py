@@ -5,13 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rir.arrays import FloatArray, IntArray
 from rir.errors import SceneError
 from rooms.mesh.geometry import MeshGeometry
 
 __all__ = ["Paths", "find_paths"]
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 ShortArray = NDArray[np.int32]
 _SLACK = 1e-9  # of the diagonal: far above rounding, far below a wavelength
 _DEEPEST = 100  # orders: far beyond what any search finishes
