@@ -27,6 +27,7 @@ __all__ = [
 
 SESSION = Schema("session", 1, key="schema_version", unnumbered=1, error=ConfigError)
 Vector = tuple[float, float, float]
+NYQUIST_SHARE = 0.47  # of the sample rate: converters' filters fall above
 
 
 class PlaceConfig(Config):
@@ -200,7 +201,7 @@ class SessionConfig(Config):
 
     @model_validator(mode="after")
     def _band_fits(self) -> "SessionConfig":
-        high, limit = self.sweep.band_hz[1], 0.47 * self.sample_rate
+        high, limit = self.sweep.band_hz[1], NYQUIST_SHARE * self.sample_rate
         if high > limit:
             raise ValueError(
                 f"sweep.band_hz goes up to {high:g} Hz; at {self.sample_rate} Hz "

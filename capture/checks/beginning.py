@@ -12,10 +12,10 @@ from capture.checks.table import CHECKS
 
 __all__ = ["check_beginning", "check_ending"]
 
-EARLY_S = 0.02
-EARLY_SAMPLES = 3
-DROP_DB = 12.0
-WEAK_SHARE = 0.1
+EARLY_S = 0.02  # two blocks of lags: where a response begins is known to one
+EARLY_SAMPLES = 3  # a drifting clock moves the fitted latency by less
+DROP_DB = 12.0  # per twelfth of an octave: steeper than any box or filter
+WEAK_SHARE = 0.1  # highest octave 10 dB below the strongest: else it did sound
 
 
 @CHECKS.add("beginning")

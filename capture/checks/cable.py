@@ -6,19 +6,20 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from capture.signal.energy import BLOCK_S
 from capture.signal.reference import SweepReference
-from capture.signal.residual import BLOCK_S, block_energies
+from capture.signal.residual import block_energies
 
 __all__ = ["Cable", "Slip"]
 
 Array = NDArray[np.float64]
 
-HALF_S = 0.005
-SEGMENT_S = 0.04
-LOWEST_HZ = 80.0
-FARTHEST_S = 0.012
-SMALLEST_SLIP = 0.6
-SMALLEST_TURN = 0.03
+HALF_S = 0.005  # an AC-coupled input rings a few ms; a room, tens
+SEGMENT_S = 0.04  # several periods of the lowest tone, yet short beside a sweep
+LOWEST_HZ = 80.0  # three periods in a segment: fewer give no sure lag
+FARTHEST_S = 0.012  # a block of 512 samples at 44.1 kHz, the usual loss
+SMALLEST_SLIP = 0.6  # samples: a slip is whole, its estimate errs by less than half
+SMALLEST_TURN = 0.03  # radians: less phase than a filter bends between segments
 
 
 @dataclass(frozen=True)

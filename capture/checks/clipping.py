@@ -10,14 +10,14 @@ from capture.checks.table import CHECKS
 
 __all__ = ["check_clipping"]
 
-LONGEST_LOOK = 400
-FEWEST = 8
-FEWEST_IN_ROW = 3
-FEWEST_EQUAL = 2
-NEAR_TOP, SPACINGS = 0.7, 8
-SMALLEST_CHANCE = 1e-6
-STEEP = 4.0
-CROWD = 6.0
+LONGEST_LOOK = 400  # samples: enough neighbours to see the smallest step
+FEWEST = 8  # equal extremes; fewer happen in quantised waves
+FEWEST_IN_ROW = 3  # two equal samples straddle any crest by chance
+FEWEST_EQUAL = 2  # one alone is every wave's extreme
+NEAR_TOP, SPACINGS = 0.7, 8  # values near the top, eight gaps tell how dense they are
+SMALLEST_CHANCE = 1e-6  # that an uncut wave shares its extreme so often
+STEEP = 4.0  # quanta: the last step to the top of a slow sine is one
+CROWD = 6.0  # times the samples just below: an uncut crest has about as many
 
 
 @CHECKS.add("clipping")

@@ -13,8 +13,8 @@ __all__ = ["check_constant"]
 
 BLOCK_S = 0.02
 """One period of the mains at 50 Hz: hum is no constant."""
-FEWEST = 4
-SIGMAS = 6.0
+FEWEST = 4  # blocks: fewer give no standard error worth the name
+SIGMAS = 6.0  # with few blocks the error itself is off by half: 6, not 3
 
 
 @CHECKS.add("constant")

@@ -10,13 +10,13 @@ from capture.checks.table import CHECKS
 
 __all__ = ["check_distortion"]
 
-LOWEST_HZ = 200.0
-ORDERS = (2, 3, 4, 5)
-AFTER_S = 0.1
-BEFORE_S = 0.01
+LOWEST_HZ = 200.0  # below, decays of rooms run into the next harmonic
+ORDERS = (2, 3, 4, 5)  # a loudspeaker's higher ones lie below its noise
+AFTER_S = 0.1  # early decay holds nearly all of a harmonic's energy
+BEFORE_S = 0.01  # one block: a harmonic's start is known no finer
 NEAREST_S = 0.12
 """The second harmonic must lead by more than the early sound lasts."""
-ABOVE_NOISE = 4.0
+ABOVE_NOISE = 4.0  # 6 dB: block energies of few freedoms scatter by half that
 
 
 @CHECKS.add("distortion")

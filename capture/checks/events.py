@@ -10,11 +10,11 @@ from capture.checks.table import CHECKS
 
 __all__ = ["check_events"]
 
-AROUND = 12
-QUIET_SHARE = 0.05
-SHIFT_S = 0.002
-SEARCH_S = 0.03
-RESOLUTION = 1.5
+AROUND = 12  # blocks: 0.12 s either side, longer than a knock sounds
+QUIET_SHARE = 0.05  # of the mean: before the sweep any hiss would be loud
+SHIFT_S = 0.002  # below, a room's own dispersion between octaves looks the same
+SEARCH_S = 0.03  # three blocks of 512 samples: more is a new recording
+RESOLUTION = 1.5  # periods: the width of a two-octave envelope
 
 
 @CHECKS.add("events")

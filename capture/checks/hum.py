@@ -10,11 +10,11 @@ from capture.checks.table import CHECKS
 
 __all__ = ["check_hum", "quiet_part"]
 
-SHORTEST_S = 0.15
-LOWEST_HZ, HIGHEST_HZ = 40.0, 70.0
-CONTRAST_DB = 12.0
-LOUD_DB = -50.0
-COARSE_HZ = 2000.0
+SHORTEST_S = 0.15  # resolves 7 Hz: enough to part a line from the 75 Hz and up
+LOWEST_HZ, HIGHEST_HZ = 40.0, 70.0  # mains are 50 or 60 Hz, with room for error
+CONTRAST_DB = 12.0  # over the median around: noise lines reach 9 dB
+LOUD_DB = -50.0  # re the take: a weaker line leaves 50 dB of range
+COARSE_HZ = 2000.0  # rate that keeps 400 Hz and makes transforms short
 
 
 @CHECKS.add("hum")

@@ -11,6 +11,7 @@ from capture.checks.table import CHECKS
 __all__ = ["check_noise"]
 
 LOWEST_HZ, HIGHEST_HZ = 100.0, 10000.0
+"""Octaves 125 Hz to 8 kHz, where rooms are judged."""
 
 
 @CHECKS.add("noise")

@@ -21,8 +21,6 @@ __all__ = ["CheckedTake", "check_take", "divide_only", "gather_evidence"]
 
 Array = NDArray[np.float64]
 
-DRIFT_TO_CORRECT = 2e-8
-
 
 @dataclass(frozen=True, eq=False)
 class CheckedTake:

@@ -5,8 +5,8 @@ from numpy.typing import NDArray
 
 __all__ = ["longest_zeros", "silent_channels"]
 
-LONGEST_S = 0.02
-ARRIVAL_S = 0.1
+LONGEST_S = 0.02  # a sweep passes zero thousands of times in it
+ARRIVAL_S = 0.1  # sound from 34 m has come by then
 
 
 def silent_channels(

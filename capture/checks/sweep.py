@@ -10,13 +10,13 @@ from capture.checks.table import CHECKS
 
 __all__ = ["check_sweep"]
 
-LOWEST_HZ = 120.0
-FOUND_DB = 6.0
-ONSET_SHARE = 0.1
-FEWEST = 4
-CLEAR_DB = 18.0
-SPAN_S = 0.045
-STRAIGHT = 0.3
+LOWEST_HZ = 120.0  # lower octaves build up late in rooms
+FOUND_DB = 6.0  # over the median: noise alone stays below
+ONSET_SHARE = 0.1  # -10 dB: early enough, and above the noise of octaves used
+FEWEST = 4  # octaves for a line and its misfit
+CLEAR_DB = 18.0  # of an octave that tells its onset: noise cannot pose as it
+SPAN_S = 0.045  # octaves of a room begin within some 10 ms blocks
+STRAIGHT = 0.3  # of the span: a wrong rate makes a line, a room does not
 
 
 @CHECKS.add("sweep")

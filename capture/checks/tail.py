@@ -10,12 +10,12 @@ from capture.checks.table import CHECKS
 
 __all__ = ["check_tail"]
 
-SIGMAS = 5.0
-SHORTEST_S = 0.04
-FADED_S = 0.15
-SLACK = 1.2
-LATE_SHARE = 0.35
-SHALLOWEST = 1.6
+SIGMAS = 5.0  # good takes of thousands must pass
+SHORTEST_S = 0.04  # four blocks: the fewest that carry a slope
+FADED_S = 0.15  # shorter records lend their whole decay to the slope
+SLACK = 1.2  # block energies scatter a little more than chi-square says
+LATE_SHARE = 0.35  # the later third: the early part falls even in good takes
+SHALLOWEST = 1.6  # 2 dB: a slope too slight to tell from level noise
 
 
 @CHECKS.add("tail")

@@ -10,9 +10,9 @@ from capture.checks.table import CHECKS
 
 __all__ = ["check_zeros"]
 
-FEWEST = 8
-STEEP = 4.0
-LOOK = 64
+FEWEST = 8  # zeros in a row: a quantised quiet wave has fewer
+STEEP = 4.0  # quanta: a wave enters its zeros by one
+LOOK = 64  # samples either side that show the wave's quantum and level
 
 
 @CHECKS.add("zeros")

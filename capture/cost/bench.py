@@ -23,8 +23,8 @@ from capture.signal.reference import SweepReference, refer
 __all__ = ["CostBench", "Outcome", "divide", "misalignment", "noise_ratio", "store"]
 
 FloatArray = NDArray[np.float64]
-LOWEST_HZ, HIGHEST_HZ = 125.0, 8000.0
-PEAK_DBFS = -9.0
+LOWEST_HZ, HIGHEST_HZ = 125.0, 8000.0  # octaves in which rooms are judged
+PEAK_DBFS = -9.0  # what `capture-pairs check` aims at
 
 
 @dataclass(frozen=True)

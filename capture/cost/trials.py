@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from capture.config import SessionConfig, SimulationConfig
+from capture.config import NYQUIST_SHARE, SessionConfig, SimulationConfig
 from capture.plan import build_plan
 
 __all__ = ["ASSUMED", "CostTrial", "imperfect", "trials_of"]
@@ -17,11 +17,10 @@ ASSUMED = {
     "distortion_db": (-45.0, -55.0),
 }
 """What the loudspeaker and the room lack, where the simulation says nothing."""
-SHARES = (0.125, 0.25, 0.5, 1.0, 2.0, 4.0)
-REPEATS = (1, 2, 4, 8)
-NARROWER = (2, 1, 0, -1)
-LOWEST_HZ = 10.0
-HIGHEST_SHARE = 0.47
+SHARES = (0.125, 0.25, 0.5, 1.0, 2.0, 4.0)  # doublings: 3 dB each way
+REPEATS = (1, 2, 4, 8)  # doublings: 3 dB each
+NARROWER = (2, 1, 0, -1)  # octaves taken off each end; -1 is wider
+LOWEST_HZ = 10.0  # below it no loudspeaker of this kind sounds
 WORDS = {"16 bit": 16, "24 bit": 24, "float32": 32, "float64": 64}
 
 
@@ -95,7 +94,7 @@ def _bands(config: SessionConfig) -> Iterator[CostTrial]:
     low, high = config.sweep.band_hz
     for octaves in NARROWER:
         bottom = max(low * 2.0**octaves, LOWEST_HZ)
-        top = min(high / 2.0**octaves, HIGHEST_SHARE * config.sample_rate)
+        top = min(high / 2.0**octaves, NYQUIST_SHARE * config.sample_rate)
         if top < 4 * bottom:
             continue
         share = float(np.log2(top / bottom) / np.log2(high / low))

@@ -18,7 +18,7 @@ __all__ = ["Deconvolution", "deconvolve"]
 
 Array = NDArray[np.float64]
 
-DEFAULT_LENGTH_S = 0.1
+DEFAULT_LENGTH_S = 0.1  # where the recording ends with the sweep: the early sound
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,9 +12,9 @@ __all__ = ["Combination", "combine"]
 
 Array = NDArray[np.float64]
 
-MARGIN_DB = 6.0
-HARMLESS_DB = -60.0
-FEWEST_TO_JUDGE = 3
+MARGIN_DB = 6.0  # twice the usual distance: noise alone varies by less
+HARMLESS_DB = -60.0  # a difference that no parameter of ISO 3382 shows
+FEWEST_TO_JUDGE = 3  # of two takes nobody can tell which is the bad one
 
 
 @dataclass(frozen=True, eq=False)

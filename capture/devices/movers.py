@@ -14,8 +14,8 @@ from rir import Pose, RigError, RoomSpec
 __all__ = ["MENDED", "Mover", "Person", "Redo", "RedoNow", "RigPair", "Skip"]
 
 
-SAMPLED = 12
-UNKNOWN_MOVE_S = 15.0
+SAMPLED = 12  # moves for a mean within a few seconds, planned in a moment
+UNKNOWN_MOVE_S = 15.0  # a few metres at 0.3 m/s, with settling
 MENDED = "rig homed again: "
 """How a note begins that tells of a rig fault; the next take is marked with it."""
 
@@ -188,8 +188,8 @@ HELP = (
     "[Enter] start  [d] start after 10 s more  [s] skip  [r] redo last  "
     "[n] note  [p] pause  [q] quit"
 )
-COUNTDOWN_S = 5.0
-DELAY_S = 10.0
+COUNTDOWN_S = 5.0  # to stand still and hold one's breath
+DELAY_S = 10.0  # to leave the room and close its door
 
 
 class Person:

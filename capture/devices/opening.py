@@ -9,8 +9,8 @@ from rir import InterfaceError, SessionError
 
 __all__ = ["HeldInterface"]
 
-REOPENINGS = 3
-REOPEN_WAIT_S = 2.0
+REOPENINGS = 3  # a driver that restarts is there at the second
+REOPEN_WAIT_S = 2.0  # USB devices take one to two seconds to come back
 
 
 class HeldInterface:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 __all__ = ["drive", "loudspeaker_gain"]
 
-OVERSAMPLING = 4
+OVERSAMPLING = 4  # a cube of the full band reaches three times its rate
 
 
 def drive(

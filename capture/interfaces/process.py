@@ -17,9 +17,9 @@ from rir import InterfaceError
 
 __all__ = ["AudioProcess"]
 
-START_S = 20.0
-ANSWER_S = 15.0
-STALL_S = 3.0
+START_S = 20.0  # half a second (decision 0017); far more on a loaded machine
+ANSWER_S = 15.0  # drivers may scan their hardware; a dead server never answers
+STALL_S = 3.0  # 60 pulses of the worker without a sample: the server is dead
 
 
 class AudioProcess:

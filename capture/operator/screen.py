@@ -12,9 +12,9 @@ if TYPE_CHECKING:
 
 __all__ = ["LiveScreen", "level_style", "meter", "sparkline"]
 
-LOG_LINES = 5
-METER_WIDTH = 30
-QUIETEST_DB = -60.0
+LOG_LINES = 5  # screen and log fit 24 lines
+METER_WIDTH = 30  # 2 dB a mark over 60 dB
+QUIETEST_DB = -60.0  # below it no take is of use
 BLOCKS = "▁▂▃▄▅▆▇█"
 STATES = {
     "MOVE": "black on cyan",

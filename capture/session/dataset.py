@@ -20,7 +20,7 @@ __all__ = ["build_dataset", "lost_takes"]
 
 log = logging.getLogger(__name__)
 
-BLOCK = 32
+BLOCK = 32  # takes written at once: few chunks touched twice, few MB held
 
 
 def build_dataset(folder: SessionFolder) -> Path:

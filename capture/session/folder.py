@@ -15,8 +15,8 @@ from rir.files.audio import read_audio, write_audio
 
 __all__ = ["SessionFolder", "file_sha256", "lossless_format"]
 
-FLAC_CHANNELS = 8
-STEP_24_BIT = 2.0**-23
+FLAC_CHANNELS = 8  # the format's limit (RFC 9639)
+STEP_24_BIT = 2.0**-23  # one step of a 24-bit converter, full scale 1
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from capture.session.take_judge import TakeJudge
 
 __all__ = ["PairJudge"]
 
-REMEMBERED = 8
+REMEMBERED = 8  # both directions with retakes; older ones are read from disk
 
 
 class PairJudge:

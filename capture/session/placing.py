@@ -10,7 +10,7 @@ from rir.config import load_yaml
 
 __all__ = ["draw_pairs", "load_pairs", "pair_between"]
 
-TRIES = 20_000
+TRIES = 20_000  # a second at most; rooms that need more have no space
 
 
 def pair_between(name: str, a: np.ndarray, b: np.ndarray) -> PlacePair:

@@ -17,13 +17,13 @@ from rir.bands import octave_energies
 
 __all__ = ["Preflight", "find_loopback", "octave_levels"]
 
-START_DBFS = -40.0
-STEP_DB = 3.0
-TARGET_DBFS = -9.0
-HOTTEST_DBFS = -3.0
-LOOPBACK_CORRELATION = 0.9
-LISTEN_S = 2.0
-NONLINEAR_DB = -40.0
+START_DBFS = -40.0  # harmless to any loudspeaker, above the noise of most rooms
+STEP_DB = 3.0  # 3 dB below the target is accepted: a step never misses it
+TARGET_DBFS = -9.0  # headroom for a louder place of the room
+HOTTEST_DBFS = -3.0  # above, peaks between the samples of a sweep may clip
+LOOPBACK_CORRELATION = 0.9  # a cable comes near 1, a room stays far below
+LISTEN_S = 2.0  # 44 free values in the octave of 31.5 Hz: its level to 1 dB
+NONLINEAR_DB = -40.0  # 1 %: what a good loudspeaker bends; a limiter does more
 
 
 @dataclass

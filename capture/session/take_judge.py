@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from capture.checks.finding import TakeLimits
 from capture.checks.run import CheckedTake, check_take, divide_only
 from capture.checks.silent_channels import silent_channels
-from capture.config import SessionConfig
+from capture.config import NYQUIST_SHARE, SessionConfig
 from capture.devices.mounting import mounted
 from capture.interfaces.protocol import Recording
 from capture.session.journal import Event
@@ -22,8 +22,7 @@ from rir import Environment, Pose, SignalError
 __all__ = ["TakeJudge", "TakeVerdict", "session_sweep", "take_poses"]
 
 FloatArray = NDArray[np.float64]
-LOWEST_HZ = 5.0
-NYQUIST_SHARE = 0.47
+LOWEST_HZ = 5.0  # an octave below the band is swept; below this, only time passes
 RETAKE_MARKS = ("clock_drift",)
 """Soft marks that mean a wrong set-up when everything is on one interface."""
 

@@ -11,7 +11,7 @@ from rir.errors import SignalError
 
 __all__ = ["Arrangement", "arrange", "as_float"]
 
-FEWEST = 64
+FEWEST = 64  # samples: shorter arrays are channels by mistake
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,15 +11,15 @@ __all__ = ["UNKNOWN_CLOCK", "RecorderClock", "fit_clock"]
 
 Array = NDArray[np.float64]
 
-WINDOW_S = 0.025
-WINDOW_PER_SAMPLE = 3e-4
-LOWEST_HZ = 200.0
-FEWEST = 16
-ROUNDS = 4
-SETTLED = 1e-11
-TRUSTED_SIGMAS = 4.0
-DOUBT = 2.5
-SMALLEST_DRIFT = 2e-8
+WINDOW_S = 0.025  # a cable's response, its low end included
+WINDOW_PER_SAMPLE = 3e-4  # and what 300 ppm of drift spreads it by
+LOWEST_HZ = 200.0  # below, AC coupling turns the phase
+FEWEST = 16  # frequencies for a fit of five unknowns
+ROUNDS = 4  # rounds; two usually do
+SETTLED = 1e-11  # of the rate: 1e-5 samples over a million
+TRUSTED_SIGMAS = 4.0  # one false drift in some ten thousand takes
+DOUBT = 2.5  # times what a converter's cubic phase can pose as (decision 0010)
+SMALLEST_DRIFT = 2e-8  # 0.01 samples in 10 s of sweep: not worth correcting
 
 
 @dataclass(frozen=True)

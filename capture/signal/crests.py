@@ -10,11 +10,11 @@ from rir.arrays import FloatArray
 
 __all__ = ["Crests", "measure_crests"]
 
-BLOCK_S = 0.01
-QUIETEST, LOUDEST = 0.3, 0.8
-FEWEST = 8
-QUANTILE = 0.9
-NEAR = 0.75
+BLOCK_S = 0.01  # half a period at 50 Hz: one crest in each
+QUIETEST, LOUDEST = 0.3, 0.8  # of the extreme: loud enough to tell, too quiet to clip
+FEWEST = 8  # blocks for a quantile
+QUANTILE = 0.9  # the worst but for a knock or two
+NEAR = 0.75  # of the extreme: a plateau is there, a gap is not
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,9 +14,9 @@ __all__ = ["EnergyMap", "Octaves"]
 
 Array = NDArray[np.float64]
 
-BLOCK_S = 0.01
-EDGE_SHARE = 0.05
-SLOWEST_HZ = 200.0
+BLOCK_S = 0.01  # finer than decays, coarse enough for some freedoms an octave
+EDGE_SHARE = 0.05  # of the octave: keeps its ringing below a block
+SLOWEST_HZ = 200.0  # two points a block at least
 
 
 class Octaves:

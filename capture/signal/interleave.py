@@ -8,7 +8,7 @@ from rir.arrays import FloatArray
 
 __all__ = ["Interleaving"]
 
-GUARD_S = 0.02
+GUARD_S = 0.02  # slack: a response later by 7 m of sound stays in its window
 
 
 @dataclass(frozen=True)

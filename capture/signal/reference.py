@@ -14,11 +14,11 @@ __all__ = ["SweepReference", "refer"]
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-LONGEST_GAIN_S = 0.25
-SHORTEST_GAIN = 64
-ABOVE_NOISE = 2.0
-WEAK, WEAK_QUANTILE = 0.05, 0.1
-LEAST_SHARE = 0.03
+LONGEST_GAIN_S = 0.25  # an input coupled at a few Hz has rung out
+SHORTEST_GAIN = 64  # samples: the ringing of a converter's filter
+ABOVE_NOISE = 2.0  # 3 dB: mean of a shell that holds response, not noise
+WEAK, WEAK_QUANTILE = 0.05, 0.1  # below all but the weakest tenth of the band
+LEAST_SHARE = 0.03  # -15 dB: where nothing was played no gain is guessed
 
 
 @dataclass(frozen=True, eq=False)

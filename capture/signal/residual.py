@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from capture.signal.energy import BLOCK_S
 from capture.signal.reference import SweepReference
 
 __all__ = ["Residual", "compare_blocks", "lag_gate", "resynthesise"]
 
 Array = NDArray[np.float64]
 
-BLOCK_S = 0.01
-ORDERS = (2, 3)
-LEAD_S = 0.03
-RING_S = 0.2
-PACKET_S = 0.15
+ORDERS = (2, 3)  # higher harmonics lie below the limit of an event
+LEAD_S = 0.03  # the lower slope's ringing before the response
+RING_S = 0.2  # and after it
+PACKET_S = 0.15  # a harmonic with its early decay
 
 
 @dataclass(frozen=True, eq=False)

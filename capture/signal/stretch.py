@@ -11,8 +11,9 @@ from rir.arrays import FloatArray
 __all__ = ["apply_stretch", "estimate_stretch", "low_passed"]
 
 STAGES_HZ = (500.0, 1000.0, 2000.0, 4000.0, 8000.0)
-ROUNDS = 3
-SETTLED = 1e-8
+"""Octaves: the last fit is within a period of the next."""
+ROUNDS = 3  # near the minimum each round of Gauss-Newton doubles the digits
+SETTLED = 1e-8  # 0.01 ppm: 6 µK of air
 
 
 def apply_stretch(response: FloatArray, stretch: float, shift: float) -> FloatArray:

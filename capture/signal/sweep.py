@@ -10,7 +10,7 @@ from rir.errors import SignalError
 
 __all__ = ["Sweep", "synchronized_sweep"]
 
-SHORTEST_FADE = 0.002
+SHORTEST_FADE = 0.002  # s: a click of a sudden end is spread over 500 Hz
 
 
 class Sweep(np.ndarray):

@@ -12,9 +12,9 @@ __all__ = ["find_sweeps"]
 
 Array = NDArray[np.float64]
 
-SHARE = 0.25
-SMOOTH_S = 0.01
-MARGIN_S = 0.02
+SHARE = 0.25  # -12 dB: a farther place, not an echo beyond a sweep's length
+SMOOTH_S = 0.01  # joins the early reflections to one arrival
+MARGIN_S = 0.02  # the direct sound may be weaker than what comes after it
 
 
 def find_sweeps(recording: Array, excitation: Array, sample_rate: float) -> list[int]:

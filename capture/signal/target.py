@@ -10,16 +10,17 @@ from rir.errors import SignalError
 
 __all__ = ["band_target", "occupied_band", "usable_band"]
 
-EDGE_LEVEL = 0.1
+EDGE_LEVEL = 0.1  # -20 dB: below, the inverse would raise noise tenfold
 TREND_SPAN = 2 ** (1 / 6)
-OVERSAMPLING = 16
-SPLINE_ORDER = 6
-RING_PERIODS = (6.0, 7.5)
-RING_SHARE = 0.75
-LONGEST_PRE_PERIODS = 4.0
-BAND_WEIGHT, SLOPE_WEIGHT = 1e5, 0.05
-SMALLEST_SHARE = 1e-12
-STOP_PERIODS, STOP_EXPONENTS = (0.3, 1.0), (0.5, 3.0)
+"""Inside the occupied range, whose edges are known to 1/24 octave."""
+OVERSAMPLING = 16  # of the band's lower edge: images of the spline below -140 dB
+SPLINE_ORDER = 6  # falls by 36 dB an octave, and is short
+RING_PERIODS = (6.0, 7.5)  # fewer err inside the band; more gain nothing
+RING_SHARE = 0.75  # of the response: the rest is for what rings
+LONGEST_PRE_PERIODS = 4.0  # before it nothing is left of the slope
+BAND_WEIGHT, SLOPE_WEIGHT = 1e5, 0.05  # the band to -100 dB, the slope as it comes
+SMALLEST_SHARE = 1e-12  # of float64: weaker directions are rounding
+STOP_PERIODS, STOP_EXPONENTS = (0.3, 1.0), (0.5, 3.0)  # of time before the emission
 
 
 def usable_band(

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rooms.effects import Effect, Tolerance, Verdict
+from rooms.effects import Effect, Tolerance, Need
 from rooms.scene import Scene
 from rooms.sound import Arrivals, Budget, Sound
 
@@ -12,12 +12,12 @@ RADIUS = 0.1
 """Of the ball, m."""
 
 
-def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Verdict:
+def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Need:
     """Judge by the level of the ball against the direct sound, one metre away."""
     del scene, budget
     level = float(20 * np.log10(1 + 0.5 * RADIUS))
     on = level > tolerance.level_db
-    return Verdict(on, f"a ball of {RADIUS:g} m", {"level_db": level}, 1e-6)
+    return Need(on, f"a ball of {RADIUS:g} m", {"level_db": level}, 1e-6)
 
 
 def apply(scene: Scene, sound: Sound) -> None:
