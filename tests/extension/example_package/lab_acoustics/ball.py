@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rooms.effects import Effect, Tolerance, Need
+from rooms.effects import Effect, Need, Tolerance
 from rooms.scene import Scene
 from rooms.sound import Arrivals, Budget, Sound
 
