@@ -1,6 +1,7 @@
 """Groups of hard cases: nonsense, types, scales, shapes, and what stumps the peers."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -244,15 +245,8 @@ def _clicks(rng: Rng) -> Cases:
         case = with_noise("", Decay((1.0,)), -70, rng, onset=9600, length=2.5)
         wave = case.samples.copy()
         wave[9600 - int(early * 48000)] = 10 ** (level / 20) * np.abs(wave).max()
-        yield HardCase(
-            f"click {early} s early at {level} dB",
-            wave,
-            48000,
-            case.truth,
-            True,
-            case.optional,
-            warns=True,
-        )
+        name = f"click {early} s early at {level} dB"
+        yield replace(case, name=name, samples=wave, warns=True)
     for at, level in ((1.5, -20), (0.9, -20), (0.7, -10), (1.8, 0)):
         for floor in (-60, -45):
             case = with_noise(
@@ -260,15 +254,8 @@ def _clicks(rng: Rng) -> Cases:
             )
             wave = case.samples.copy()
             wave[int(at * 48000)] += 10 ** (level / 20) * np.abs(wave).max()
-            yield HardCase(
-                f"click {at} s late at {level} dB, floor {floor}",
-                wave,
-                48000,
-                case.truth,
-                True,
-                case.optional,
-                warns=True,
-            )
+            name = f"click {at} s late at {level} dB, floor {floor}"
+            yield replace(case, name=name, samples=wave, warns=True)
 
 
 @CASES.add("random")
