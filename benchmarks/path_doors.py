@@ -8,39 +8,35 @@ waveforms at unseen emitters, and late energy at unseen emitters of rough rooms.
 SIMULATED. CPU seconds of one thread.
 """
 
-import argparse
-import json
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from harness import make_parser, write_results
 from inverse.find import room_in_rows
 from inverse.late.features import PlaceFeatures
 from inverse.late.late_maps import chi_square_bias, fit_maps
 from inverse.late.slopes import common_rates, region_curves
 from inverse.paths.polyhedral import FittedMesh
 from inverse.rows.direct import read_direct
-from inverse.rows.fitset import FitSet, place_numbers
+from inverse.rows.fitset import FitSet
 from inverse.rows.onsets import read_onsets
 from inverse.rows.regions import Regions
 from inverse.rows.sight import read_sight
 from inverse.walls.joining import find_joined
 from inverse.walls.opening import Opening, Slab
-from rir import GainPattern, Poses
-from rooms import Scene, simulate
+from path_rooms import BENT, ROUGH, SPEED, spoiled
+from rir import GainPattern
+from rooms import Scene
 from rooms.mesh import MeshGeometry
 
-OUT = Path("results/path_doors.json")
-RATE, SPEED, ORDER = 16000, 343.2, 12
+RATE, ORDER = 16000, 12
 MARGIN_M, JITTER_M, NOISE_DB = 0.4, 0.003, -60.0
-BENT = ("patterns", "direct", "specular", "diffraction")
 EMITTERS, LISTENERS = (3, 2), 60
 HIDDEN_PAIRS = 100
-ROUGH = (*BENT, "scattering", "late")
 QUIET_DB = -100.0
 LATE_S, BIN_S, LATE_BINS, LATE_HZ = 0.6, 0.02, (3, 29), (500.0, 4000.0)
 
@@ -132,37 +128,27 @@ def rows_of(
     duration: float = 0.1,
 ) -> FitSet:
     """Simulate rows, half of each emitter's listeners in the other room."""
-    rooms, made = house.rooms, []
+    rooms = house.rooms
     first = np.concatenate([drawn(rng, rooms[k], emitters[k]) for k in (0, 1)])
-    seconds, turns = [], []
-    for place in first:
+    seconds, yaws = [], []
+    for _ in first:
         there = rng.random((listeners, 1)) < 0.5
         far, near = (drawn(rng, rooms[k], listeners) for k in (1, 0))
-        second = np.where(there, far, near)
-        half = rng.uniform(0, np.pi)
-        turn = np.array([[0, 0, np.sin(half), np.cos(half)]])
-        told = simulate(
-            scene,
-            Poses(place[None], turn),
-            Poses.of(second),
-            sample_rate=RATE,
-            duration=duration,
-            effects=list(effects),
-            max_order=ORDER,
-        )
-        made.append(told.responses[0])
-        seconds.append(second)
-        turns.append(np.tile(turn, (listeners, 1)))
-    sound = np.concatenate(made)
-    level = 10 ** (noise_db / 20) * np.sqrt((sound**2).mean())
-    sound = sound + level * rng.standard_normal(sound.shape)
-    first = first + jitter * rng.standard_normal(first.shape)
-    first = first.repeat(listeners, axis=0)
-    second = np.concatenate(seconds)
-    second = second + jitter * rng.standard_normal(second.shape)
-    ends = Poses(first, np.concatenate(turns)), Poses.of(second)
-    blocks = np.zeros(len(sound), dtype=np.int64)
-    return FitSet(sound, *ends, RATE, SPEED, place_numbers(first), blocks)
+        seconds.append(np.where(there, far, near))
+        yaws.append(2 * rng.uniform(0, np.pi))
+    return spoiled(
+        scene,
+        first,
+        np.array(yaws),
+        np.array(seconds),
+        rng,
+        rate=RATE,
+        duration=duration,
+        effects=effects,
+        max_order=ORDER,
+        jitter=jitter,
+        noise_db=noise_db,
+    )
 
 
 def sides(house: House, rows: FitSet) -> tuple[np.ndarray, np.ndarray]:
@@ -345,13 +331,11 @@ def shown(name: str, case: dict[str, Any]) -> None:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the benchmark; returns 0."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="one house")
+    parser = make_parser(__doc__, "path_doors", "one house")
     parser.add_argument("--draws", type=int, default=6)
     parser.add_argument("--seed", type=int, default=500)
     parser.add_argument("--fits", type=int, default=2, help="houses fitted whole")
     parser.add_argument("--late", type=int, default=2, help="rough houses")
-    parser.add_argument("--out", type=Path, default=OUT)
     options = parser.parse_args(argv)
     results: dict[str, dict[str, Any]] = {}
     print("SIMULATED")
@@ -375,8 +359,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         for name, case in late_case(options.seed + k).items():
             results[name] = case
             shown(name, case)
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    options.out.write_text(json.dumps({"simulated": True, "rows": results}, indent=1))
+    write_results(options.out, {"simulated": True, "rows": results})
     return 0
 
 

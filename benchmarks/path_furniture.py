@@ -10,24 +10,21 @@ volume it shares with the box. The room without the box must hold nothing. SIMUL
 Bar: hidden direct sounds to 3 dB, 3 dB better than without; 0.3 of the volume shared.
 """
 
-import argparse
-import json
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numba import njit
 
+from harness import make_parser, write_results
 from inverse.bands.banded_room import BandedRoom
 from inverse.find import room_in_rows
 from inverse.paths.box_fit import level_errors
-from inverse.rows.fitset import FitSet, place_numbers
-from rir import Poses
+from inverse.rows.fitset import FitSet
+from path_rooms import fit_rows, loudspeaker
 
-OUT = Path("results/path_furniture.json")
 SIZE = np.array([5.0, 4.0, 2.6])
 FACTORS = np.array([0.9, 0.82, 0.86, 0.9, 0.75, 0.85])
 RATE, SAMPLES, SPECTRUM, SPEED = 16000.0, 960, 1200, 343.0
@@ -254,17 +251,14 @@ def spectra_of(
     truth: Truth, first: np.ndarray, second: np.ndarray, yaw: np.ndarray
 ) -> np.ndarray:
     """Return spectra of true places, shape (rows, bins)."""
-    hertz, step = np.fft.rfftfreq(SPECTRUM, 1 / RATE), RATE / SPECTRUM
+    step = RATE / SPECTRUM
     ahead = np.stack([np.cos(yaw), np.sin(yaw), 0 * yaw], axis=1)
-    out = np.zeros((len(first), len(hertz)), dtype=complex)
+    out = np.zeros((len(first), SPECTRUM // 2 + 1), dtype=complex)
     render(
         first, second, ahead, SIZE, FACTORS, FRONT, truth.low, truth.high, truth.empty,
         truth.order, SPEED, step, (SAMPLES + 40) / RATE * SPEED, FACE, NODES, out,
     )  # fmt: skip
-    ratio = 1j * hertz / 60.0
-    chain = ratio**2 / (1 + np.sqrt(2) * ratio + ratio**2)
-    chain *= np.cos(0.5 * np.pi * np.clip((hertz - 7000) / 1000, 0, 1)) ** 2
-    return np.asarray(out * chain)
+    return np.asarray(out * loudspeaker(SPECTRUM, RATE))
 
 
 @dataclass(frozen=True, eq=False)
@@ -290,11 +284,8 @@ def rows_of(truth: Truth, emitters: int, listeners: int, seed: int) -> Rows:
     responses = responses[:, :SAMPLES]
     loud = np.abs(responses).max(axis=1, keepdims=True)
     responses = responses + 1e-3 * loud * rng.standard_normal(responses.shape)
-    turns = np.zeros((count, 4))
-    turns[:, 2], turns[:, 3] = np.sin(yaw / 2), np.cos(yaw / 2)
-    poses = Poses(told, turns), Poses.of(heard)
-    numbers = place_numbers(told), np.zeros(count, dtype=np.int64)
-    return Rows(FitSet(responses, *poses, RATE, SPEED, *numbers), first, second, yaw)
+    held = fit_rows(responses, told, heard, RATE, SPEED, yaw)
+    return Rows(held, first, second, yaw)
 
 
 def _clear(truth: Truth, rng: np.random.Generator, count: int) -> np.ndarray:
@@ -374,9 +365,7 @@ def measured(truth: Truth, train: Rows, test: Rows) -> dict[str, Any]:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the benchmark; returns 0."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="one room, few rows")
-    parser.add_argument("--out", type=Path, default=OUT)
+    parser = make_parser(__doc__, "path_furniture", "one room, few rows")
     options = parser.parse_args(argv)
     seeds, listeners = ((0,), 20) if options.quick else ((0, 1, 2), 60)
     print("SIMULATED  " + "  ".join(f"{name:>16}" for name in SHOWN))
@@ -392,8 +381,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             results[name] = measured(one, train, test)
             shown = [results[name].get(key, float("nan")) for key in SHOWN]
             print(f"{name:10} " + "  ".join(f"{value:16.2f}" for value in shown))
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    options.out.write_text(json.dumps(results, indent=1) + "\n")
+    write_results(options.out, results)
     return 0
 
 

@@ -7,17 +7,15 @@ and what does a length of 1 s cost beside 0.1 s. SIMULATED.
 Bar: a length of 1 s costs at most 1.6 times what 0.1 s does.
 """
 
-import argparse
-import json
 import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
 from fields.evaluate import compare_rows
+from harness import make_parser, write_results
 from inverse.find import room_in_rows
 from inverse.late.coherence_horizon import Uncertainty, coherence_horizon
 from inverse.late.completion import Completion
@@ -25,10 +23,9 @@ from inverse.paths.bank import ideal_bank
 from inverse.paths.mesh_room import MeshRoom
 from inverse.paths.polyhedron import Polyhedron
 from inverse.paths.room import OMNI
-from inverse.rows.fitset import FitSet, place_numbers
+from path_rooms import fit_rows
 from rir import Poses
 
-OUT = Path("results/path_gate.json")
 RATE, SPEED = 16000.0, 343.0
 ROOMS = {
     "6 x 4 x 3 m": (6.0, 4.0, 3.0),
@@ -113,19 +110,6 @@ def pairs(
     return np.repeat(emitters, -(-count // places), axis=0)[:count], listeners
 
 
-def fit_set(responses: np.ndarray, ends: tuple[np.ndarray, np.ndarray]) -> FitSet:
-    """Return rows for the completion."""
-    return FitSet(
-        responses,
-        Poses.of(ends[0]),
-        Poses.of(ends[1]),
-        RATE,
-        SPEED,
-        place_numbers(ends[0]),
-        np.zeros(len(responses), dtype=np.int64),
-    )
-
-
 def horizon_errors(render: Callable[..., None], count: int) -> dict[str, float]:
     """Return the NMSE round the predicted horizon, dB, of rooms and octaves.
 
@@ -204,7 +188,7 @@ def wrong_paths(render: Callable[..., None], count: int) -> dict[str, float]:
     direct = np.linalg.norm(ends[0] - ends[1], axis=1) / SPEED
     diffuse = rng.standard_normal(told.shape) * np.exp(-35 * times)
     truth = np.where(times > direct[:, None] + 0.003, 0.06 * diffuse, told)
-    rows = fit_set(truth, ends)
+    rows = fit_rows(truth, *ends, RATE, SPEED)
     completion = Completion.fit(rows, told, None)
     late = completion.tiles.times >= 0.03
     off = float((completion.gate.shares[..., late] < 0.5).mean())
@@ -227,7 +211,7 @@ def right_paths(render: Callable[..., None], count: int) -> dict[str, float]:
     ends = pairs(size, count, 5, 4)
     truth = images(render, ends, size, 0.1)
     told = images(render, ends, size, 0.1, reflection=REFLECTION * 1.002)
-    rows = fit_set(truth, ends)
+    rows = fit_rows(truth, *ends, RATE, SPEED)
     completion = Completion.fit(rows, told, None)
     fresh = pairs(size, count, 7, 5)
     early = images(render, fresh, size, 0.1, reflection=REFLECTION * 1.002)
@@ -254,7 +238,7 @@ def length_cost(count: int) -> dict[str, float]:
     for duration in (0.1, 0.1, 1.0):
         times = np.arange(round(duration * RATE)) / RATE
         sound = rng.standard_normal((count, len(times))) * np.exp(-10 * times)
-        rows = fit_set(sound, ends)
+        rows = fit_rows(sound, *ends, RATE, SPEED)
         early = np.where(times < 0.1, sound, 0.0)
         started = time.process_time()
         completion = Completion.fit(rows, early, None)
@@ -281,7 +265,7 @@ def whole_length(render: Callable[..., None], count: int) -> dict[str, float]:
     noise = np.random.default_rng(0).standard_normal(told.shape)
     direct = np.linalg.norm(ends[0] - ends[1], axis=1)[:, None] / SPEED
     told += 0.1 * np.exp(-10 * times) * noise * (times > direct + 0.015)
-    rows = fit_set(told, ends)
+    rows = fit_rows(told, *ends, RATE, SPEED)
     found = {}
     for duration in (0.1, 0.1, 1.0):
         part = rows.cut(round(duration * RATE))
@@ -301,9 +285,7 @@ def whole_length(render: Callable[..., None], count: int) -> dict[str, float]:
 
 def main(argv: Sequence[str]) -> int:
     """Print the answers and write them."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true")
-    parser.add_argument("--out", type=Path, default=OUT)
+    parser = make_parser(__doc__, "path_gate")
     options = parser.parse_args(argv)
     count = 20 if options.quick else 120
     render = image_kernel()
@@ -319,8 +301,7 @@ def main(argv: Sequence[str]) -> int:
         print(title)
         for name, value in rows.items():
             print(f"  {name:48} {value:10.3g}")
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    options.out.write_text(json.dumps({"simulated": True, **found}, indent=1))
+    write_results(options.out, {"simulated": True, **found})
     return 0
 
 

@@ -11,35 +11,31 @@ Bar: walls to 5 mm and 0.5 degrees in 1 CPU second from 120 responses; no wall t
 not there.
 """
 
-import argparse
-import json
 import time
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from harness import make_parser, write_results
 from inverse.acoustics import Acoustics
 from inverse.find import room_in_rows
 from inverse.paths.box_fit import level_errors
 from inverse.paths.polyhedral import FittedMesh
 from inverse.paths.polyhedron import Polyhedron
 from inverse.rows.direct import read_direct
-from inverse.rows.fitset import FitSet, place_numbers
+from inverse.rows.fitset import FitSet
 from inverse.walls.box import assemble_boxes
 from inverse.walls.scan import scan_planes, scan_signals
-from rir import GainPattern, Poses
-from rooms import Scene, simulate
+from path_rooms import BENT, CLEAR, ROUGH, spoiled
+from rir import GainPattern
+from rooms import Scene
 from rooms.mesh import MeshGeometry
 
 OUTLINE = [(0, 0), (6, 0), (6, 2.2), (3.4, 2.2), (3.4, 5), (0, 5)]
-HEIGHT, SPEED, RATE = 3.0, 343.2, 16000
+HEIGHT, RATE = 3.0, 16000
 MARGIN_M, JITTER_M, NOISE_DB = 0.4, 0.003, -60.0
-CLEAR = ("patterns", "direct", "specular")
-BENT = (*CLEAR, "diffraction")
-ROUGH = (*BENT, "scattering", "late")
 FOUND_M, FOUND_DEG = 0.05, 3.0
 SCANNED = (5, 3), (5, 24, 3)
 
@@ -80,34 +76,20 @@ def rows_of(
     duration: float = 0.1,
 ) -> FitSet:
     """Simulate rows: emitters (E, 3) with listeners (E, L, 3) each; spoil poses."""
-    made, yaws = [], rng.uniform(0, 2 * np.pi, len(emitters))
-    for place, yaw, mine in zip(emitters, yaws, listeners, strict=True):
-        turn = np.array([[0, 0, np.sin(yaw / 2), np.cos(yaw / 2)]])
-        made.append(
-            simulate(
-                scene,
-                Poses(place[None], turn),
-                Poses.of(mine),
-                sample_rate=RATE,
-                duration=duration,
-                effects=list(effects),
-                max_order=12,
-            ).responses[0]
-        )
-    sound, count = np.concatenate(made), listeners.shape[1]
-    level = 10 ** (noise_db / 20) * np.sqrt((sound**2).mean())
-    sound = sound + level * rng.standard_normal(sound.shape)
-    first = emitters + jitter * rng.standard_normal(emitters.shape)
-    second = listeners.reshape(-1, 3)
-    second = second + jitter * rng.standard_normal(second.shape)
-    turns = np.zeros((len(sound), 4))
-    half = yaws.repeat(count) / 2
-    turns[:, 2], turns[:, 3] = np.sin(half), np.cos(half)
-    first = first.repeat(count, axis=0)
-    blocks = np.zeros(len(sound), dtype=np.int64)
-    numbers = place_numbers(first)
-    ends = Poses(first, turns), Poses.of(second)
-    return FitSet(sound, *ends, RATE, SPEED, numbers, blocks)
+    yaws = rng.uniform(0, 2 * np.pi, len(emitters))
+    return spoiled(
+        scene,
+        emitters,
+        yaws,
+        listeners,
+        rng,
+        rate=RATE,
+        duration=duration,
+        effects=effects,
+        max_order=12,
+        jitter=jitter,
+        noise_db=noise_db,
+    )
 
 
 def l_rows(scene: Scene, emitters: int, listeners: int, seed: int, **how: Any):
@@ -208,13 +190,15 @@ def l_cases(quick: bool) -> dict[str, dict[str, Any]]:
     told: dict[str, dict[str, Any]] = {}
     plain = l_scene()
     clean: dict[str, Any] = {"jitter": 0.0, "noise_db": -200.0}
-    test = l_rows(plain, 2, 6 if quick else 15, 77, **clean)
-    sizes = {3: 60} if quick else {12: 50, 5: 60, 3: 100}
+    if quick:
+        clear = {**clean, "effects": CLEAR}
+        rows, test = (l_rows(plain, 2, n, 77 + n, **clear) for n in (12, 4))
+        return {"L, 2 emitters": l_case(rows, test)}
+    test = l_rows(plain, 2, 15, 77, **clean)
+    sizes = {12: 50, 5: 60, 3: 100}
     for emitters, listeners in sizes.items():
         train = l_rows(plain, emitters, listeners, emitters)
         told[f"L, {emitters} emitters"] = l_case(train, test)
-    if quick:
-        return told
     clear = l_rows(plain, 5, 60, 4, effects=CLEAR, **clean)
     clear_test = l_rows(plain, 3, 10, 78, effects=CLEAR, **clean)
     told["L, clean"] = l_case(clear, clear_test)
@@ -287,13 +271,13 @@ def poor(train: FitSet, truth: Polyhedron) -> dict[str, Any]:
     }
 
 
-def scanned() -> dict[str, dict[str, Any]]:
-    """Scan 120 rows of a box with five cardioids, three draws, without a fit."""
+def scanned(draws: int) -> dict[str, dict[str, Any]]:
+    """Scan 120 rows of a box with five cardioids, without a fit."""
     size = (6.0, 4.0, 3.0)
     cardioid = GainPattern.cardioid()
     scene = Scene.shoebox(size, absorption=0.3, emitter_gain=cardioid)
     truth, told = Polyhedron.of_mesh(MeshGeometry.box(size)), {}
-    for seed in range(3):
+    for seed in range(draws):
         rng = np.random.default_rng(seed)
         ends = [rng.uniform(0.5, np.array(size) - 0.5, shape) for shape in SCANNED]
         clean: dict[str, Any] = {"jitter": 0.0, "noise_db": -200.0, "effects": CLEAR}
@@ -311,14 +295,12 @@ def scanned() -> dict[str, dict[str, Any]]:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the benchmark; returns 0."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="one L, one box, noise")
+    parser = make_parser(__doc__, "path_geometry", "one L, one box, noise")
     parser.add_argument("--only", default="", help="scan, L or poor")
-    parser.add_argument("--out", type=Path, default=Path("results/path_geometry.json"))
     options = parser.parse_args(argv)
     results: dict[str, dict[str, Any]] = {}
     if options.only in ("", "scan"):
-        results |= scanned()
+        results |= scanned(1 if options.quick else 3)
     if options.only in ("", "L"):
         results |= l_cases(options.quick)
     if options.only in ("", "poor"):
@@ -337,8 +319,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(line)
         for alarm in case["alarms"]:
             print(f"    {alarm}")
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    options.out.write_text(json.dumps(results, indent=1) + "\n")
+    write_results(options.out, results)
     return 0
 
 

@@ -12,25 +12,23 @@ one thread. The floor is the truth against itself with poses 3 mm off. SIMULATED
 Bar: STFT 0.50, Amp 0.07, Env 0.8, T60 3.5 %, C50 0.3 dB, EDT 5 ms in 30 CPU seconds.
 """
 
-import argparse
-import json
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numba import njit
 
 from fields.evaluate import compare_rows
+from harness import make_parser, write_results
 from inverse.acoustics import Acoustics
 from inverse.find import room_in_rows
 from inverse.paths.box_fit import level_errors
-from inverse.rows.fitset import FitSet, place_numbers
-from rir import Poses
+from inverse.rows.fitset import FitSet
+from path_rooms import fit_rows, loudspeaker
 from rir.physics import air_absorption, speed_of_sound
 
-OUT = Path("results/path_hard.json")
 SIZE = np.array([6.0, 4.0, 3.0])
 RATE, SAMPLES, SPECTRUM = 16000.0, 1600, 2048
 ORDER, SCATTERERS, POSE_SD_M, CLEAR_M = 10, 10, 0.003, 0.5
@@ -74,133 +72,119 @@ def drawn_truth(seed: int = 0) -> Truth:
         0.6 * hertz**2 / (hertz**2 + 1.5**2),
         places,
         strengths,
-        _chain(),
+        loudspeaker(SPECTRUM, RATE),
         speed_of_sound(TEMPERATURE_C),
     )
 
 
-def _chain() -> np.ndarray:
-    """Return the loudspeaker's response: a high-pass, and a roll-off from 7 kHz."""
-    hertz = np.fft.rfftfreq(SPECTRUM, 1 / RATE)
-    ratio = 1j * hertz / 60.0
-    high_pass = ratio**2 / (1 + np.sqrt(2) * ratio + ratio**2)
-    edge = np.cos(0.5 * np.pi * np.clip((hertz - 7000) / 1000, 0, 1)) ** 2
-    return high_pass * edge
+@njit(cache=True, fastmath=True)
+def reflected(impedance, cosine, count, out):
+    for k in range(len(out)):
+        product = impedance[k] * cosine
+        factor = (product - 1) / (product + 1)
+        for _ in range(count):
+            out[k] *= factor
 
 
-def renderer() -> Callable[..., None]:
-    """Return the compiled truth: spectra of images and scatterers, row by row."""
-    from numba import njit
+@njit(cache=True, fastmath=True)
+def added(nodes, at, part, length, speed, step, last, out):
+    turn = np.exp(-2j * np.pi * step * length / speed)
+    phase = 1.0 + 0.0j
+    for k in range(last):
+        low = at[k]
+        value = nodes[low] + part[k] * (nodes[low + 1] - nodes[low])
+        out[k] += value * phase
+        phase *= turn
 
-    @njit(cache=True, fastmath=True)
-    def reflected(impedance, cosine, count, out):
-        for k in range(len(out)):
-            product = impedance[k] * cosine
-            factor = (product - 1) / (product + 1)
-            for _ in range(count):
-                out[k] *= factor
 
-    @njit(cache=True, fastmath=True)
-    def added(nodes, at, part, length, speed, step, last, out):
-        turn = np.exp(-2j * np.pi * step * length / speed)
-        phase = 1.0 + 0.0j
+@njit(cache=True, fastmath=True)
+def leg(start, end, index, parity, size, impedance, nodes, away):
+    """Mirror `start`, multiply walls into nodes, return the length."""
+    square = 0.0
+    for axis in range(3):
+        mirrored = (1 - 2 * parity[axis]) * start[axis]
+        away[axis] = end[axis] - mirrored - 2 * index[axis] * size[axis]
+        square += away[axis] ** 2
+    length = np.sqrt(square)
+    for axis in range(3):
+        cosine = abs(away[axis]) / length
+        low, high = abs(index[axis] - parity[axis]), abs(index[axis])
+        reflected(impedance[2 * axis], cosine, low, nodes)
+        reflected(impedance[2 * axis + 1], cosine, high, nodes)
+        away[axis] *= (1 - 2 * parity[axis]) / length
+    return length
+
+
+@njit(cache=True, fastmath=True)
+def render(
+    first, second, ahead, size, impedance, air, front, scatterers, strengths,
+    chain, at, part, speed, order, reach, step, last, out,
+):  # fmt: skip
+    count = len(air)
+    nodes, legs = (
+        np.empty(count, dtype=np.complex128),
+        np.empty((2, 7, count), dtype=np.complex128),
+    )
+    lengths, facing = np.zeros((2, 7)), np.zeros(7)
+    index, parity = np.zeros(3), np.zeros(3)
+    away = np.zeros(3)
+    most = (reach / (2 * size)).astype(np.int64) + 1
+    for row in range(len(first)):
+        for image in range((2 * most[0] + 1) * (2 * most[1] + 1)):
+            index[0] = image % (2 * most[0] + 1) - most[0]
+            index[1] = image // (2 * most[0] + 1) - most[1]
+            for mz in range(-most[2], most[2] + 1):
+                index[2] = mz
+                for flip in range(8):
+                    square, bounces = 0.0, 0.0
+                    for axis in range(3):
+                        parity[axis] = (flip >> axis) & 1
+                        sign = 1 - 2 * parity[axis]
+                        gap = second[row, axis] - sign * first[row, axis]
+                        gap -= 2 * index[axis] * size[axis]
+                        square += gap * gap
+                        bounces += abs(index[axis] - parity[axis])
+                        bounces += abs(index[axis])
+                    if square > reach * reach or bounces > order:
+                        continue
+                    nodes[:] = 1.0
+                    length = leg(
+                        first[row], second[row], index, parity, size, impedance,
+                        nodes, away,
+                    )  # fmt: skip
+                    cosine = np.dot(away, ahead[row])
+                    for k in range(count):
+                        gain = 1 - front[k] + front[k] * cosine
+                        nodes[k] *= gain * np.exp(-air[k] * length) / length
+                    added(nodes, at, part, length, speed, step, last, out[row])
+        for point in range(len(scatterers)):
+            for end in range(2):
+                here = first[row] if end == 0 else second[row]
+                for wall in range(7):
+                    index[:], parity[:] = 0.0, 0.0
+                    if wall > 0:
+                        parity[(wall - 1) // 2] = 1.0
+                        index[(wall - 1) // 2] = (wall - 1) % 2
+                    legs[end, wall, :] = 1.0
+                    lengths[end, wall] = leg(
+                        here, scatterers[point], index, parity, size, impedance,
+                        legs[end, wall], away,
+                    )  # fmt: skip
+                    if end == 0:
+                        facing[wall] = np.dot(away, ahead[row])
+            for one in range(7):
+                for other in range(7):
+                    length = lengths[0, one] + lengths[1, other]
+                    if length > reach:
+                        continue
+                    spread = lengths[0, one] * lengths[1, other]
+                    for k in range(count):
+                        gain = 1 - front[k] + front[k] * facing[one]
+                        gain *= strengths[point, k] * np.exp(-air[k] * length)
+                        nodes[k] = legs[0, one, k] * legs[1, other, k] * gain / spread
+                    added(nodes, at, part, length, speed, step, last, out[row])
         for k in range(last):
-            low = at[k]
-            value = nodes[low] + part[k] * (nodes[low + 1] - nodes[low])
-            out[k] += value * phase
-            phase *= turn
-
-    @njit(cache=True, fastmath=True)
-    def leg(start, end, index, parity, size, impedance, nodes, away):
-        """Mirror `start`, multiply walls into nodes, return the length."""
-        square = 0.0
-        for axis in range(3):
-            mirrored = (1 - 2 * parity[axis]) * start[axis]
-            away[axis] = end[axis] - mirrored - 2 * index[axis] * size[axis]
-            square += away[axis] ** 2
-        length = np.sqrt(square)
-        for axis in range(3):
-            cosine = abs(away[axis]) / length
-            low, high = abs(index[axis] - parity[axis]), abs(index[axis])
-            reflected(impedance[2 * axis], cosine, low, nodes)
-            reflected(impedance[2 * axis + 1], cosine, high, nodes)
-            away[axis] *= (1 - 2 * parity[axis]) / length
-        return length
-
-    @njit(cache=True, fastmath=True)
-    def render(
-        first, second, ahead, size, impedance, air, front, scatterers, strengths,
-        chain, at, part, speed, order, reach, step, last, out,
-    ):  # fmt: skip
-        count = len(air)
-        nodes, legs = (
-            np.empty(count, dtype=np.complex128),
-            np.empty((2, 7, count), dtype=np.complex128),
-        )
-        lengths, facing = np.zeros((2, 7)), np.zeros(7)
-        index, parity = np.zeros(3), np.zeros(3)
-        away = np.zeros(3)
-        most = (reach / (2 * size)).astype(np.int64) + 1
-        for row in range(len(first)):
-            for image in range((2 * most[0] + 1) * (2 * most[1] + 1)):
-                index[0] = image % (2 * most[0] + 1) - most[0]
-                index[1] = image // (2 * most[0] + 1) - most[1]
-                for mz in range(-most[2], most[2] + 1):
-                    index[2] = mz
-                    for flip in range(8):
-                        square, bounces = 0.0, 0.0
-                        for axis in range(3):
-                            parity[axis] = (flip >> axis) & 1
-                            sign = 1 - 2 * parity[axis]
-                            gap = second[row, axis] - sign * first[row, axis]
-                            gap -= 2 * index[axis] * size[axis]
-                            square += gap * gap
-                            bounces += abs(index[axis] - parity[axis])
-                            bounces += abs(index[axis])
-                        if square > reach * reach or bounces > order:
-                            continue
-                        nodes[:] = 1.0
-                        length = leg(
-                            first[row], second[row], index, parity, size, impedance,
-                            nodes, away,
-                        )  # fmt: skip
-                        cosine = np.dot(away, ahead[row])
-                        for k in range(count):
-                            gain = 1 - front[k] + front[k] * cosine
-                            nodes[k] *= gain * np.exp(-air[k] * length) / length
-                        added(nodes, at, part, length, speed, step, last, out[row])
-            for point in range(len(scatterers)):
-                for end in range(2):
-                    here = first[row] if end == 0 else second[row]
-                    for wall in range(7):
-                        index[:], parity[:] = 0.0, 0.0
-                        if wall > 0:
-                            parity[(wall - 1) // 2] = 1.0
-                            index[(wall - 1) // 2] = (wall - 1) % 2
-                        legs[end, wall, :] = 1.0
-                        lengths[end, wall] = leg(
-                            here, scatterers[point], index, parity, size, impedance,
-                            legs[end, wall], away,
-                        )  # fmt: skip
-                        if end == 0:
-                            facing[wall] = np.dot(away, ahead[row])
-                for one in range(7):
-                    for other in range(7):
-                        length = lengths[0, one] + lengths[1, other]
-                        if length > reach:
-                            continue
-                        spread = lengths[0, one] * lengths[1, other]
-                        for k in range(count):
-                            gain = 1 - front[k] + front[k] * facing[one]
-                            gain *= strengths[point, k] * np.exp(-air[k] * length)
-                            nodes[k] = (
-                                legs[0, one, k] * legs[1, other, k] * gain / spread
-                            )
-                        added(nodes, at, part, length, speed, step, last, out[row])
-            for k in range(last):
-                out[row, k] *= chain[k]
-
-    return render
+            out[row, k] *= chain[k]
 
 
 def rendered(
@@ -212,7 +196,7 @@ def rendered(
     part = (hertz - NODES_HZ[low]) / (NODES_HZ[low + 1] - NODES_HZ[low])
     ahead = np.stack([np.cos(yaw), np.sin(yaw), 0 * yaw], axis=1)
     spectra = np.zeros((len(first), len(hertz)), dtype=complex)
-    renderer()(
+    render(
         first, second, ahead, SIZE, truth.impedance, truth.air, truth.front,
         truth.scatterers, truth.strengths, truth.chain, low, part, truth.speed,
         truth.order, (SAMPLES + 40) / RATE * truth.speed, RATE / SPECTRUM,
@@ -234,17 +218,7 @@ def rows_of(
     responses = rendered(truth, told + errors[0], heard + errors[1], yaw)
     loud = np.abs(responses).max(axis=1, keepdims=True)
     responses += 1e-3 * loud * rng.standard_normal(responses.shape)
-    turns = np.zeros((count, 4))
-    turns[:, 2], turns[:, 3] = np.sin(yaw / 2), np.cos(yaw / 2)
-    return FitSet(
-        responses,
-        Poses(told, turns),
-        Poses.of(heard),
-        RATE,
-        truth.speed,
-        place_numbers(told),
-        np.zeros(count, dtype=np.int64),
-    )
+    return fit_rows(responses, told, heard, RATE, truth.speed, yaw)
 
 
 def _clear(truth: Truth, rng: np.random.Generator, count: int) -> np.ndarray:
@@ -288,9 +262,7 @@ def measured(train: FitSet, test: FitSet) -> tuple[dict[str, Any], Acoustics]:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the benchmark; returns 0."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="few rows")
-    parser.add_argument("--out", type=Path, default=OUT)
+    parser = make_parser(__doc__, "path_hard", "few rows")
     options = parser.parse_args(argv)
     truth = drawn_truth()
     emitters, listeners, unseen = (3, 8, 6) if options.quick else (5, 200, 30)
@@ -314,8 +286,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         for alarm in results[name]["alarms"]:
             print(f"    {alarm}")
     _print("bar", BARS)
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    options.out.write_text(json.dumps(results, indent=1) + "\n")
+    write_results(options.out, results)
     return 0
 
 

@@ -7,21 +7,18 @@ are asked for the others. SIMULATED.
 Bar: 1 dB rms; the sign of the fast slope right in 85 % of the pairs across the door.
 """
 
-import argparse
-import json
 import sys
 import time
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 
+from harness import make_parser, write_results
 from inverse.late.features import PlaceFeatures
 from inverse.late.late_maps import LateMaps, chi_square_bias, fit_maps
 from inverse.late.slopes import common_rates, region_curves
 from inverse.rows.regions import Regions, find_regions
 
-OUT = Path("results/path_late.json")
 ROOMS = np.array([[[0.0, 0, 0], [5, 4, 2.6]], [[5.0, 0, 0], [9, 4, 2.6]]])
 DOOR = (1.55, 2.45, 2.05)
 ABSORPTION = (0.08, 0.35)
@@ -283,9 +280,7 @@ def _mean(many: list[dict[str, float]]) -> dict[str, float]:
 
 def main(argv: Sequence[str]) -> int:
     """Print the errors and write them."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true")
-    parser.add_argument("--out", type=Path, default=OUT)
+    parser = make_parser(__doc__, "path_late")
     options = parser.parse_args(argv)
     found = run(1500 if options.quick else 40_000, 1 if options.quick else 4)
     print("SIMULATED; errors at unseen emitters, dB rms")
@@ -297,8 +292,7 @@ def main(argv: Sequence[str]) -> int:
             f"  {row.get('swap', np.nan):.0e}"
             f" {row.get('seconds', np.nan):6.2f} {row.get('slopes', np.nan):.1f}"
         )
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    options.out.write_text(json.dumps({"simulated": True, "rows": found}, indent=1))
+    write_results(options.out, {"simulated": True, "rows": found})
     return 0
 
 

@@ -8,8 +8,6 @@ places left out, and the largest of its ratios to the best of them.
 Bar: below nearest, linear and the network in every metric.
 """
 
-import argparse
-import json
 import os
 import sys
 import time
@@ -22,9 +20,9 @@ from fields.data import FieldData, prepare
 from fields.evaluate import METRIC_UNITS, score
 from fields.plan import TrainingPlan
 from fields.run import train_on
+from harness import make_parser, write_results
 from rir import Dataset
 
-OUT = Path("results/path_rest.json")
 RATE, SPEED, SAMPLES = 16000, 343.2, 1600
 SPHERES = 45
 OFFICE = Path("polimi_ula/derived_polimi_16k_0.4s.npz")
@@ -142,10 +140,8 @@ def compared(train: FieldData, test: FieldData, budget_s: float) -> dict:
 
 def main(argv: Sequence[str]) -> int:
     """Print the tables and write them."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true")
+    parser = make_parser(__doc__, "path_rest")
     parser.add_argument("--budget", type=float, default=15.0)
-    parser.add_argument("--out", type=Path, default=OUT)
     options = parser.parse_args(argv)
     budget = 1.0 if options.quick else options.budget
     sizes = (4, 12, 2) if options.quick else (6, 80, 4)
@@ -164,8 +160,7 @@ def main(argv: Sequence[str]) -> int:
                 continue
             told = "  ".join(f"{key} {value:8.3f}" for key, value in values.items())
             print(f"  {row:28} {told}")
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    options.out.write_text(json.dumps(tables, indent=1))
+    write_results(options.out, tables)
     return 0
 
 

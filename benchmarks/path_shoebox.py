@@ -10,104 +10,77 @@ one thread, second run of two.
 Bar: at unseen emitters -40 dB, C50 0.02 dB and the pattern to 0.01 in 2 CPU seconds.
 """
 
-import argparse
-import json
 import time
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from harness import make_parser, write_results
 from inverse.acoustics import Acoustics
 from inverse.find import room_in_rows
 from inverse.paths.box_fit import level_errors
 from inverse.paths.shoebox import FittedRoom
-from inverse.rows.fitset import FitSet, place_numbers
+from inverse.rows.fitset import FitSet
+from path_rooms import fit_rows, simulated
 from rir import GainPattern, Poses
+from rooms import Scene
 
 SIZE = np.array([6.0, 4.0, 3.0])
 ABSORPTION = np.array([0.2, 0.3, 0.25, 0.35, 0.5, 0.3])
 RATE, DURATION = 16000, 0.1
 
 
-def drawn(emitters: int, listeners: int, seed: int) -> tuple[Poses, Poses, np.ndarray]:
-    """Return ends drawn at random, the emitter's yaw one an emitter."""
+def drawn(emitters: int, listeners: int, seed: int) -> tuple[np.ndarray, ...]:
+    """Return emitters (E, 3), their yaws and listeners (E, L, 3) drawn at random."""
     rng = np.random.default_rng(seed)
-    count = emitters * listeners
-    places = rng.uniform(0.5, SIZE - 0.5, (emitters, 3)).repeat(listeners, axis=0)
-    yaw = rng.uniform(0, 2 * np.pi, emitters).repeat(listeners)
-    turns = np.zeros((count, 4))
-    turns[:, 2], turns[:, 3] = np.sin(yaw / 2), np.cos(yaw / 2)
-    return Poses(places, turns), Poses.of(rng.uniform(0.4, SIZE - 0.4, (count, 3))), yaw
+    places = rng.uniform(0.5, SIZE - 0.5, (emitters, 3))
+    yaws = rng.uniform(0, 2 * np.pi, emitters)
+    return places, yaws, rng.uniform(0.4, SIZE - 0.4, (emitters, listeners, 3))
 
 
-def our_responses(first: Poses, second: Poses, yaw: np.ndarray) -> np.ndarray:
+def our_responses(
+    emitters: np.ndarray, yaws: np.ndarray, listeners: np.ndarray
+) -> np.ndarray:
     """Return this project's responses."""
-    del yaw
-    from rooms import Scene, simulate
-
-    scene = Scene.shoebox(
-        SIZE,
-        absorption=np.tile(ABSORPTION[:, None], (1, 7)),
-        emitter_gain=GainPattern.cardioid(),
-    )
-    made = []
-    for mine in _by_place(first):
-        made.append(
-            simulate(
-                scene,
-                first[mine[:1]],
-                second[mine],
-                sample_rate=RATE,
-                duration=DURATION,
-                effects=["patterns", "direct", "specular"],
-            ).responses[0]
-        )
-    return np.concatenate(made)
+    absorption = np.tile(ABSORPTION[:, None], (1, 7))
+    gain = GainPattern.cardioid()
+    scene = Scene.shoebox(SIZE, absorption=absorption, emitter_gain=gain)
+    return simulated(scene, emitters, yaws, listeners, rate=RATE, duration=DURATION)
 
 
-def peer_responses(first: Poses, second: Poses, yaw: np.ndarray) -> np.ndarray:
+def peer_responses(
+    emitters: np.ndarray, yaws: np.ndarray, listeners: np.ndarray
+) -> np.ndarray:
     """Return pyroomacoustics' responses."""
     import pyroomacoustics as pra
     from pyroomacoustics.directivities import CardioidFamily, DirectionVector
 
     names = ("west", "east", "south", "north", "floor", "ceiling")
-    made = np.zeros((len(first), round(RATE * DURATION)))
-    for mine in _by_place(first):
+    made: Any = np.zeros((*listeners.shape[:2], round(RATE * DURATION)))
+    for place, yaw, mine, out in zip(emitters, yaws, listeners, made, strict=True):
         walls: Any = {
             name: pra.Material(value)
             for name, value in zip(names, ABSORPTION, strict=True)
         }
         room = pra.ShoeBox(SIZE.tolist(), fs=RATE, materials=walls, max_order=17)
-        ahead = DirectionVector(
-            azimuth=yaw[mine[0]], colatitude=np.pi / 2, degrees=False
-        )
+        ahead = DirectionVector(azimuth=yaw, colatitude=np.pi / 2, degrees=False)
         pattern = CardioidFamily(orientation=ahead, p=0.5, gain=1.0)
-        room.add_source(first.positions[mine[0]], directivity=pattern)
-        room.add_microphone(second.positions[mine].T)
+        room.add_source(place, directivity=pattern)
+        room.add_microphone(mine.T)
         room.compute_rir()
-        for row, found in zip(mine, room.rir or [], strict=True):
-            kept = np.asarray(found[0])[: made.shape[1]]
-            made[row, : len(kept)] = kept
-    return made
-
-
-def _by_place(poses: Poses) -> list[np.ndarray]:
-    places = place_numbers(poses.positions)
-    order = np.unique(places, return_index=True)[1].argsort()
-    return [np.flatnonzero(places == place) for place in order]
+        for row, found in zip(out, room.rir or [], strict=True):
+            kept = np.asarray(found[0])[: len(row)]
+            row[: len(kept)] = kept
+    return made.reshape(-1, made.shape[2])
 
 
 def rows_of(maker: Any, emitters: int, listeners: int, seed: int) -> FitSet:
     """Return a set as the path field takes it."""
-    first, second, yaw = drawn(emitters, listeners, seed)
-    order = np.concatenate(_by_place(first))
-    responses = maker(first[order], second[order], yaw[order])
-    first, second = first[order], second[order]
-    blocks = np.zeros(len(first), dtype=np.int64)
-    places = place_numbers(first.positions)
-    return FitSet(responses, first, second, RATE, 343.2, places, blocks)
+    places, yaws, ends = drawn(emitters, listeners, seed)
+    first, yaw = places.repeat(listeners, axis=0), yaws.repeat(listeners)
+    sound = maker(places, yaws, ends)
+    return fit_rows(sound, first, ends.reshape(-1, 3), RATE, yaw=yaw)
 
 
 def measured(train: FitSet, test: FitSet) -> dict[str, Any]:
@@ -154,37 +127,20 @@ def drawn_box(
     emitters: int, listeners: int, cardioid: bool, seed: int
 ) -> tuple[FitSet, np.ndarray]:
     """Return rows of a box of drawn size and walls, and its size."""
-    from rooms import Scene, simulate
-
     rng = np.random.default_rng(seed)
     size = rng.uniform([3.0, 2.8, 2.3], [9.0, 6.0, 4.0])
     absorption = rng.uniform(0.1, 0.5, 6)
-    places = rng.uniform(0.5, size - 0.5, (emitters, 3)).repeat(listeners, axis=0)
-    half = rng.uniform(0, np.pi, emitters).repeat(listeners)
-    turns = np.zeros((len(half), 4))
-    turns[:, 2], turns[:, 3] = np.sin(half), np.cos(half)
-    first = Poses(places, turns)
-    second = Poses.of(rng.uniform(0.4, size - 0.4, (len(half), 3)))
+    places = rng.uniform(0.5, size - 0.5, (emitters, 3))
+    yaws = 2 * rng.uniform(0, np.pi, emitters)
+    ends = rng.uniform(0.4, size - 0.4, (emitters, listeners, 3))
     gain = GainPattern.cardioid() if cardioid else GainPattern.omni()
     scene = Scene.shoebox(
         size, absorption=np.tile(absorption[:, None], (1, 7)), emitter_gain=gain
     )
-    sound = np.concatenate(
-        [
-            simulate(
-                scene,
-                first[mine[:1]],
-                second[mine],
-                sample_rate=RATE,
-                duration=DURATION,
-                effects=["patterns", "direct", "specular"],
-            ).responses[0]
-            for mine in np.split(np.arange(len(half)), emitters)
-        ]
-    )
-    numbers = np.arange(emitters).repeat(listeners)
-    blocks = np.zeros(len(half), dtype=np.int64)
-    return FitSet(sound, first, second, RATE, 343.2, numbers, blocks), size
+    sound = simulated(scene, places, yaws, ends, rate=RATE, duration=DURATION)
+    first, yaw = places.repeat(listeners, axis=0), yaws.repeat(listeners)
+    rows = fit_rows(sound, first, ends.reshape(-1, 3), RATE, yaw=yaw)
+    return _changed(rows, places=np.arange(emitters).repeat(listeners)), size
 
 
 def few_emitters(draws: int, first_seed: int) -> dict[str, dict[str, Any]]:
@@ -258,9 +214,7 @@ def _changed(rows: FitSet, **values: Any) -> FitSet:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the benchmark; returns 0."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="fewer listeners")
-    parser.add_argument("--out", type=Path, default=Path("results/path_shoebox.json"))
+    parser = make_parser(__doc__, "path_shoebox", "fewer listeners")
     parser.add_argument("--draws", type=int, default=12, help="boxes a case")
     parser.add_argument("--first-seed", type=int, default=1000)
     options = parser.parse_args(argv)
@@ -300,8 +254,7 @@ def main(argv: Sequence[str] | None = None) -> int:
                 f"alarm {case['right_or_alarm']}; {case['cpu_s']:.1f} "
                 f"(worst {case['worst_cpu_s']:.1f}) CPU-s"
             )
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    options.out.write_text(json.dumps(results, indent=1) + "\n")
+    write_results(options.out, results)
     return 0
 
 
