@@ -83,7 +83,7 @@ def test_frame_keeps_the_patterns():
 
 
 def test_large_sets_go_to_a_memory_map(grid, tmp_path, monkeypatch):
-    monkeypatch.setattr("fields.data.IN_MEMORY_BYTES", 1000)
+    monkeypatch.setattr("rir.scaled_responses.IN_MEMORY_BYTES", 1000)
     data = prepare(grid, store=tmp_path)
     assert isinstance(data.responses, np.memmap)
     assert_allclose(data.responses, prepare(grid).responses)
