@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from capture.commands.options import Misuse
 from rir.command import make_app, run
 
 if TYPE_CHECKING:
@@ -56,6 +57,10 @@ def convert_responses(
     """
     from capture.deconvolution.recordings import PlayedSweep, read_recordings
 
+    if excitation is None and loopback is not None:
+        raise Misuse("--loopback means nothing without --excitation: give both")
+    if excitation is not None and read_as is not None:
+        raise Misuse("--from contradicts --excitation: leave one of them out")
     if excitation is not None:
         played = PlayedSweep(excitation, loopback, None, seconds)
         dataset = read_recordings(source, played, simulated)

@@ -1,7 +1,7 @@
 """The simulated world with the devices of a session in it."""
 
 import hashlib
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,15 @@ from capture.signal.randomness import take_rng
 from rir import Pose
 
 __all__ = ["PlacedWorld"]
+
+
+@runtime_checkable
+class VariableAir(Protocol):
+    """A world whose air can change."""
+
+    def set_air(self, *, temperature_c: float) -> None:
+        """Change the air."""
+        ...
 
 
 class PlacedWorld:
@@ -50,7 +59,7 @@ class PlacedWorld:
 
     def set_air(self, temperature_c: float) -> None:
         """Change the air, if the world has air that can change."""
-        if hasattr(self.world, "set_air"):
+        if isinstance(self.world, VariableAir):
             self.world.set_air(temperature_c=temperature_c)
 
     def _off(self, carrier: str, pose: Pose) -> Pose:
