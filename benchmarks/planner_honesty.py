@@ -22,7 +22,7 @@ import numpy as np
 from harness import make_parser, write_results
 from rir import GainPattern
 from rir.room import Air
-from rooms import Plan, Scene, plan_effects, simulate
+from rooms import EffectPlan, Scene, plan_effects, simulate
 from rooms.effects import EFFECTS, Tolerance
 from rooms.effort import decay_parameters
 from rooms.mesh import MeshGeometry
@@ -215,7 +215,9 @@ def random_scene(
     return scene, rate, float(np.clip(longest, 0.15, 2.0 if wide else 1.0)), tolerance
 
 
-def measure(scene: Scene, plan: Plan, rate: int, duration: float, seed: int) -> Any:
+def measure(
+    scene: Scene, plan: EffectPlan, rate: int, duration: float, seed: int
+) -> Any:
     """Return parameters (kinds, pairs, bands) and the CPU seconds."""
     from rir.bands import crossover_gains
 

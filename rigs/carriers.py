@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from rigs.faults import UnknownPositionError
-from rigs.planning.coordination import Coordination, Step, sampled
+from rigs.planning.coordination import CarrierStep, Coordination, sampled
 from rigs.planning.order import Visits, visiting_order
 from rigs.rig import Rig
 from rir.errors import OutOfReachError, RigError
@@ -318,7 +318,7 @@ class Carriers:
 
 
 def _posed(
-    steps: list[Step], start: tuple[Pose, Pose], goal: tuple[Pose, Pose]
+    steps: list[CarrierStep], start: tuple[Pose, Pose], goal: tuple[Pose, Pose]
 ) -> list[tuple[int, list[Pose]]]:
     """Give each corner the orientation of where its carrier is going."""
     posed: list[tuple[int, list[Pose]]] = []

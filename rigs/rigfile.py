@@ -139,20 +139,20 @@ def load_points(path: Path | str) -> tuple[list[Triple], list[Triple]]:
     return [p.machine_mm for p in points], [p.room_m for p in points]
 
 
-class PairConfig(Config):
+class PlacePair(Config):
     """Two places."""
 
     a: Triple
     b: Triple
 
 
-class PairsFile(Config):
+class PlacePairsFile(Config):
     """Pairs of places."""
 
-    pairs: tuple[PairConfig, ...] = Field(min_length=1)
+    pairs: tuple[PlacePair, ...] = Field(min_length=1)
 
 
 def load_pairs(path: Path | str) -> list[tuple[Pose, Pose]]:
     """Read pairs of places as poses that face each other."""
-    pairs = load_yaml(path, PairsFile).pairs
+    pairs = load_yaml(path, PlacePairsFile).pairs
     return [(Pose.facing(p.a, p.b), Pose.facing(p.b, p.a)) for p in pairs]

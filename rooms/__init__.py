@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 from rir.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from rooms.plan import Plan, plan_effects
+    from rooms.plan import EffectPlan, plan_effects
     from rooms.scene import Scene
     from rooms.simulation import Simulation, simulate
     from rooms.world import MeasuredWorld, World
 
 __all__ = [
+    "EffectPlan",
     "MeasuredWorld",
-    "Plan",
     "Scene",
     "Simulation",
     "World",
@@ -27,7 +27,7 @@ __all__ = [
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
-        "rooms.plan": "Plan plan_effects",
+        "rooms.plan": "EffectPlan plan_effects",
         "rooms.scene": "Scene",
         "rooms.simulation": "Simulation simulate",
         "rooms.world": "MeasuredWorld World",

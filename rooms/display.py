@@ -7,7 +7,7 @@ import numpy as np
 from rir import Poses
 from rir.arrays import FloatArray
 from rir.cost import CostCurve
-from rooms.plan import Plan
+from rooms.plan import EffectPlan
 from rooms.scene import Scene
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def describe_scene(scene: Scene) -> "Text":
     return Text.assemble(("SIMULATED", "bold red"), "\n".join(lines))
 
 
-def plan_table(plan: Plan) -> "Table":
+def plan_table(plan: EffectPlan) -> "Table":
     """Return the plan: effect, on or off, why, error if off, cost."""
     from rich.table import Table
     from rich.text import Text

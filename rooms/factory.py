@@ -17,7 +17,7 @@ from rir.errors import DatasetError
 from rir.optional import require
 from rooms.builtin import load_scene
 from rooms.layout import Block, Layout, paper_layout, with_gains
-from rooms.plan import Plan, plan_effects
+from rooms.plan import EffectPlan, plan_effects
 from rooms.scene import Scene
 from rooms.simulation import simulate
 
@@ -70,7 +70,7 @@ class Recipe:
             seed=self.seed,
         )
 
-    def open(self) -> "Bench":
+    def open(self) -> "PreparedRecipe":
         """Return scene, layout and plan, ready to compute blocks."""
         scene = load_scene(self.scene)
         layout = self.layout(scene)
@@ -82,7 +82,7 @@ class Recipe:
             max_order=self.max_order,
             rays=self.rays,
         )
-        return Bench(self, scene, layout, plan)
+        return PreparedRecipe(self, scene, layout, plan)
 
     @property
     def key(self) -> str:
@@ -92,13 +92,13 @@ class Recipe:
 
 
 @dataclass(frozen=True, eq=False)
-class Bench:
+class PreparedRecipe:
     """A recipe with all that is computed from it once per worker."""
 
     recipe: Recipe
     scene: Scene
     layout: Layout
-    plan: Plan
+    plan: EffectPlan
 
     def responses(self, block: Block) -> NDArray[np.float32]:
         """Return the responses of one block, shape (listeners, n_samples)."""
@@ -118,7 +118,7 @@ class Bench:
         return result.responses[0]
 
 
-_BENCHES: dict[Recipe, Bench] = {}
+_BENCHES: dict[Recipe, PreparedRecipe] = {}
 """Benches of this process: a worker opens each recipe once."""
 
 
@@ -227,7 +227,9 @@ def _on_cluster(
             yield future.result()
 
 
-def _join(bench: Bench, blocks: list[Block], folder: Path, target: Path) -> None:
+def _join(
+    bench: PreparedRecipe, blocks: list[Block], folder: Path, target: Path
+) -> None:
     """Write all blocks into the final file, in order, and remove them."""
     recipe, layout = bench.recipe, bench.layout
     plan = {name: verdict.on for name, verdict in bench.plan.verdicts.items()}

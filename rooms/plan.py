@@ -9,11 +9,11 @@ from rooms.effects import EFFECTS, Need, Tolerance
 from rooms.request import check_kind, check_names, make_budget
 from rooms.scene import Scene
 
-__all__ = ["Plan", "plan_effects"]
+__all__ = ["EffectPlan", "plan_effects"]
 
 
 @dataclass(frozen=True)
-class Plan:
+class EffectPlan:
     """Need on each effect, in order of application.
 
     Parameters
@@ -45,7 +45,7 @@ def plan_effects(
     without: Sequence[str] | None = (),
     everything: bool = False,
     judge: bool = True,
-) -> Plan:
+) -> EffectPlan:
     """Judge every effect for a scene.
 
     Parameters
@@ -99,7 +99,7 @@ def plan_effects(
             continue
         verdict = effect.needed(scene, budget, tolerance)
         verdicts[name] = _overridden(name, verdict, only, without, everything)
-    return Plan(verdicts, tolerance)
+    return EffectPlan(verdicts, tolerance)
 
 
 def _overridden(

@@ -9,7 +9,7 @@ import numpy as np
 from rir import Poses
 from rir.arrays import FloatArray
 from rooms.effort import Target, parse_accuracy, spread_errors
-from rooms.plan import Plan, plan_effects
+from rooms.plan import EffectPlan, plan_effects
 from rooms.request import check_effort, check_kind, make_budget, make_seed
 from rooms.scene import Scene
 from rooms.sound import Budget, Sound
@@ -27,7 +27,7 @@ class Simulation:
         Amplitude 1/d at distance d; sample 0 is the instant of emission.
     sample_rate : int
         Samples per second [Hz].
-    plan : Plan
+    plan : EffectPlan
         Which effects were on, and why.
     errors : dict
         Estimated standard errors by kind ("clarity_db", "reverberation_percent",
@@ -39,7 +39,7 @@ class Simulation:
 
     responses: FloatArray
     sample_rate: int
-    plan: Plan
+    plan: EffectPlan
     errors: dict[str, float] = field(default_factory=dict)
     rays: int | None = None
 
@@ -62,7 +62,7 @@ def simulate(
     rng: np.random.Generator | None = None,
     seed: int = 0,
     threads: int = 1,
-    plan: Plan | None = None,
+    plan: EffectPlan | None = None,
     dtype: type = np.float64,
 ) -> Simulation:
     """Simulate the responses between all pairs of emitters and listeners.
@@ -94,7 +94,7 @@ def simulate(
         Key of everything random.
     threads : int
         Threads that share the listeners.
-    plan : Plan, optional
+    plan : EffectPlan, optional
         A plan made before; `effects` is then not looked at.
     dtype : type
         float64, or float32 for large batches; computed in float64 either way.
@@ -121,7 +121,7 @@ def simulate(
     (1, 1, 160)
     """
     check_kind(scene, Scene, "a scene", "build one by Scene.shoebox or Scene.from_mesh")
-    check_kind(plan, (Plan, type(None)), "a plan", "make one by plan_effects")
+    check_kind(plan, (EffectPlan, type(None)), "a plan", "make one by plan_effects")
     check_effort(accuracy, seconds, threads, dtype)
     seed = make_seed(seed, rng)
     budget = make_budget(sample_rate, duration, max_order, rays, seed)
@@ -153,7 +153,7 @@ class _Run:
     def __init__(
         self,
         scene: Scene,
-        plan: Plan,
+        plan: EffectPlan,
         places: tuple[Poses, Poses],
         threads: int,
         dtype: type,
@@ -207,7 +207,7 @@ def estimated_errors(sound: Sound) -> dict[str, float]:
 
 def run_plan(
     scene: Scene,
-    plan: Plan,
+    plan: EffectPlan,
     sound: Sound,
     threads: int = 1,
     out: FloatArray | None = None,

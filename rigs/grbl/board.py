@@ -14,7 +14,7 @@ from rir.errors import RigError
 
 
 @dataclass(frozen=True, eq=False)
-class Board:
+class BoardFacts:
     """Firmware, settings and travel of one board."""
 
     family: str
@@ -83,7 +83,7 @@ class Board:
         }
 
 
-def read_board(link: GrblLink, axes: Sequence[str], options: GrblOptions) -> Board:
+def read_board(link: GrblLink, axes: Sequence[str], options: GrblOptions) -> BoardFacts:
     """Ask a board for everything a driver must know.
 
     Raises
@@ -99,7 +99,7 @@ def read_board(link: GrblLink, axes: Sequence[str], options: GrblOptions) -> Boa
     if wrong:
         raise RigError("the board does not fit the rig file: " + "; ".join(wrong))
     low, high = _travel(settings, len(axes), options)
-    return Board(family, version, build, settings, low, high)
+    return BoardFacts(family, version, build, settings, low, high)
 
 
 def _mistakes(version: str, settings: dict[int, float], options: GrblOptions):

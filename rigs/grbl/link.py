@@ -17,7 +17,7 @@ from rigs.grbl.parsing import (
     Noise,
     Ok,
     Refused,
-    Setting,
+    SettingLine,
     Status,
     Word,
     read_word,
@@ -262,7 +262,7 @@ class GrblLink:
     def settings(self) -> dict[int, float]:
         """Return the ``$$`` settings."""
         words = self.command("$$")
-        return {w.number: w.value for w in words if isinstance(w, Setting)}
+        return {w.number: w.value for w in words if isinstance(w, SettingLine)}
 
     def feedback(self, text: str) -> list[str]:
         """Send a query and return the bracketed lines of its answer."""

@@ -48,7 +48,7 @@ class Banner:
 
 
 @dataclass(frozen=True)
-class Setting:
+class SettingLine:
     """One ``$`` setting."""
 
     number: int
@@ -82,7 +82,7 @@ class Status:
     blocks: int | None
 
 
-Word = Ok | Refused | Alarm | Banner | Setting | Feedback | Status | Noise
+Word = Ok | Refused | Alarm | Banner | SettingLine | Feedback | Status | Noise
 
 
 def _vector(text: str) -> np.ndarray:
@@ -132,7 +132,7 @@ def read_word(line: str) -> Word:
     if match := ALARM.fullmatch(line):
         return Alarm(int(match[1]))
     if match := SETTING.fullmatch(line):
-        return Setting(int(match[1]), float(match[2]))
+        return SettingLine(int(match[1]), float(match[2]))
     if match := BANNER.fullmatch(line):
         return Banner(match[1], match[2])
     if line.startswith("[") and line.endswith("]") and line.isprintable():

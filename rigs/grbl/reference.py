@@ -17,7 +17,7 @@ SWITCHES = "XYZ"
 
 
 @dataclass
-class Reference:
+class SwitchReference:
     """The switching points of one board, felt right after homing.
 
     Parameters

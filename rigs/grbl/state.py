@@ -16,12 +16,12 @@ from rigs.faults import (
     StrayError,
     UnknownPositionError,
 )
-from rigs.grbl.board import Board, read_board
+from rigs.grbl.board import BoardFacts, read_board
 from rigs.grbl.codes import KEEPS_POSITION, alarm_text
 from rigs.grbl.link import HOLD, GrblLink, Patience
 from rigs.grbl.options import GrblOptions
 from rigs.grbl.parsing import Status
-from rigs.grbl.reference import Reference
+from rigs.grbl.reference import SwitchReference
 from rigs.lines.serial import Line
 from rir.errors import RigError
 
@@ -59,10 +59,10 @@ class GrblState(Knowledge[np.ndarray]):
         self.simulated = simulated
         self.clock = clock
         self.link = GrblLink(line, clock, patience)
-        self.board: Board | None = None
+        self.board: BoardFacts | None = None
         self.state = "Disconnected"
         self._snag = ""
-        self.reference: Reference | None = None
+        self.reference: SwitchReference | None = None
         self.alarms = 0
         self.homings = 0
 
@@ -138,7 +138,7 @@ class GrblState(Knowledge[np.ndarray]):
         return abs(self._board.g92(self.link) - STAMP) < 5e-4
 
     @property
-    def _board(self) -> Board:
+    def _board(self) -> BoardFacts:
         if self.board is None:
             raise RigError("the controller is not connected; connect first")
         return self.board
@@ -183,7 +183,7 @@ class GrblState(Knowledge[np.ndarray]):
         plain = not settings.get(21, 0) and not settings.get(23, 0)
         if self.options.reference and plain:
             pull = settings.get(27, 1.0)
-            self.reference = Reference(self.link, pull, len(self.axes))
+            self.reference = SwitchReference(self.link, pull, len(self.axes))
             self.reference.learn()
 
     def _unstick(self) -> None:

@@ -13,14 +13,14 @@ from rigs.kinds.turntable import TurntablePart
 from rigs.machine import MachineRig
 from rigs.rig import RIGS, RigKind, Surroundings
 
-Part = Annotated[GrblPart | MarlinPart | TurntablePart, Field(discriminator="kind")]
+AnyPart = Annotated[GrblPart | MarlinPart | TurntablePart, Field(discriminator="kind")]
 
 
 class CompositeConfig(MachineConfig):
     """The part of a rig file that describes a rig of several controllers."""
 
     kind: Literal["composite"] = "composite"
-    parts: tuple[Part, ...] = Field(min_length=1)
+    parts: tuple[AnyPart, ...] = Field(min_length=1)
 
     @property
     def simulated(self) -> bool:

@@ -8,16 +8,16 @@ from rigs.firmware.grbl.firmware import GrblFirmware
 from rigs.firmware.marlin import MarlinFirmware
 from rigs.kinds.settings import FaultConfig
 
-Board = GrblFirmware | MarlinFirmware
+SimulatedBoard = GrblFirmware | MarlinFirmware
 
 
-def suffer(chip: Board, fault: FaultConfig, move: int) -> None:
+def suffer(chip: SimulatedBoard, fault: FaultConfig, move: int) -> None:
     """Let a simulated board suffer a fault if this is its move."""
     if move == fault.at_move:
         chip.schedule(fault.after_s, _deed(chip, fault), lasting=True)
 
 
-def _deed(chip: Board, fault: FaultConfig) -> Callable[[], None]:
+def _deed(chip: SimulatedBoard, fault: FaultConfig) -> Callable[[], None]:
     deeds: dict[str, Callable[[], None]] = {
         "brown-out": chip.power_cycle,
         "lost-steps": lambda: chip.slip(np.array(fault.millimetres)),

@@ -6,7 +6,7 @@ from rigs.clock import Clock
 from rigs.firmware.grbl.firmware import GrblFirmware
 from rigs.grbl.controller import GrblController
 from rigs.grbl.options import GrblOptions
-from rigs.kinds.part import Part, PartConfig, add_machine, plagued
+from rigs.kinds.part import ControllerPart, PartConfig, add_machine, plagued
 from rigs.kinds.settings import SimulationConfig
 from rigs.lines.serial import Line
 
@@ -17,7 +17,7 @@ USUAL_SETTINGS = {
 """Settings of a simulated gantry the size of a room, where a rig file says nothing."""
 
 
-class GrblPart(Part):
+class GrblPart(ControllerPart):
     """One board, on its own or as part of a composite rig."""
 
     kind: Literal["grbl"] = "grbl"

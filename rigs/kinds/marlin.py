@@ -6,7 +6,7 @@ from pydantic import Field
 
 from rigs.clock import Clock
 from rigs.firmware.marlin import MarlinFirmware
-from rigs.kinds.part import Part, PartConfig, add_machine, plagued
+from rigs.kinds.part import ControllerPart, PartConfig, add_machine, plagued
 from rigs.kinds.settings import FaultConfig, Triple
 from rigs.lines.serial import Line
 from rigs.marlin.controller import MarlinController, MarlinOptions
@@ -20,7 +20,7 @@ class MarlinSimulation(Config):
     faults: tuple[FaultConfig, ...] = ()
 
 
-class MarlinPart(Part):
+class MarlinPart(ControllerPart):
     """One Marlin board, on its own or as part of a composite rig."""
 
     kind: Literal["marlin"] = "marlin"

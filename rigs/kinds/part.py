@@ -8,7 +8,7 @@ from typing import TypeVar
 from rigs.clock import Clock
 from rigs.controller import Controller
 from rigs.firmware.chip import Chip
-from rigs.kinds.faulty import Board, suffer
+from rigs.kinds.faulty import SimulatedBoard, suffer
 from rigs.kinds.settings import FaultConfig, MachineConfig
 from rigs.lines.serial import Line, SerialLine
 from rigs.lines.simulated import SIMULATED, simulated_line
@@ -20,10 +20,10 @@ Truth = Callable[[], dict[str, float]]
 """The true machine position of each axis of a simulated controller."""
 
 
-B = TypeVar("B", bound=Board)
+B = TypeVar("B", bound=SimulatedBoard)
 
 
-class Part(Config):
+class ControllerPart(Config):
     """One controller behind a port, on its own or as part of a composite rig."""
 
     port: str
@@ -70,7 +70,7 @@ def plagued(chip: B, faults: tuple[FaultConfig, ...]) -> B:
     return chip
 
 
-class PartConfig(MachineConfig, Part):
+class PartConfig(MachineConfig, ControllerPart):
     """The part of a rig file that describes a rig of one controller."""
 
 

@@ -5,11 +5,11 @@ from typing import Literal
 from rigs.clock import Clock
 from rigs.dialogue.controller import DialogueController, DialogueOptions
 from rigs.firmware.turntable import TurntableFirmware
-from rigs.kinds.part import Part, PartConfig, add_machine
+from rigs.kinds.part import ControllerPart, PartConfig, add_machine
 from rigs.lines.serial import Line
 
 
-class TurntablePart(Part):
+class TurntablePart(ControllerPart):
     """One simple controller, on its own or as part of a composite rig."""
 
     kind: Literal["turntable"] = "turntable"

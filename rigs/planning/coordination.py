@@ -13,7 +13,7 @@ REFUGES = 60  # places tried of the 216 of a grid, by detour: each is planned fo
 
 
 @dataclass(frozen=True, eq=False)
-class Step:
+class CarrierStep:
     """One carrier goes along a way while the other one stands."""
 
     carrier: int
@@ -67,7 +67,7 @@ class Coordination:
         self,
         start: tuple[np.ndarray, np.ndarray],
         goal: tuple[np.ndarray, np.ndarray],
-    ) -> list[Step]:
+    ) -> list[CarrierStep]:
         """Return steps that bring both carriers from start to goal.
 
         Tries either carrier first, then lets one step aside for the other.
@@ -135,7 +135,7 @@ class Coordination:
         self,
         start: tuple[np.ndarray, np.ndarray],
         goal: tuple[np.ndarray, np.ndarray],
-    ) -> Iterator[list[Step]]:
+    ) -> Iterator[list[CarrierStep]]:
         for first in (0, 1):
             second = 1 - first
             try:
@@ -147,23 +147,23 @@ class Coordination:
 
     def _way(
         self, carrier: int, start: np.ndarray, end: np.ndarray, other: np.ndarray
-    ) -> Step:
+    ) -> CarrierStep:
         if np.array_equal(start, end):
-            return Step(carrier, [start, end])
-        return Step(carrier, self.roadmap(carrier, other).way(start, end))
+            return CarrierStep(carrier, [start, end])
+        return CarrierStep(carrier, self.roadmap(carrier, other).way(start, end))
 
     def _aside(
         self,
         start: tuple[np.ndarray, np.ndarray],
         goal: tuple[np.ndarray, np.ndarray],
-    ) -> Iterator[list[Step]]:
+    ) -> Iterator[list[CarrierStep]]:
         """Let one carrier wait at a refuge while the other passes."""
         for first in (0, 1):
             second = 1 - first
             space = self.roadmap(first, start[second])
             for refuge in self._refuges(first, start, goal, space):
                 try:
-                    away = Step(first, space.way(start[first], refuge))
+                    away = CarrierStep(first, space.way(start[first], refuge))
                     over = self._way(second, start[second], goal[second], refuge)
                     back = self._way(first, refuge, goal[first], goal[second])
                 except OutOfReachError:

@@ -21,7 +21,7 @@ from rir.arrays import FloatArray
 from rooms.rays.rows import WIDTH, add, meet, pour
 from rooms.rays.transform import find_order, find_turns, transform
 
-__all__ = ["Exchange", "Layout"]
+__all__ = ["Exchange", "FluxLayout"]
 
 _WRAP = 1e-6
 """What is left of the end of a transform where it meets the beginning."""
@@ -32,7 +32,7 @@ have in common would be taken for independent."""
 
 
 @dataclass(frozen=True)
-class Layout:
+class FluxLayout:
     """How the flux of a place lies in memory.
 
     Bands fill rows of eight, or share a row with other patches if they are few.
@@ -87,7 +87,7 @@ class Exchange:
 
     Parameters
     ----------
-    layout : Layout
+    layout : FluxLayout
         The arrays of flux.
     share : ndarray, shape (patches, bands)
         What a patch hands on.
@@ -97,7 +97,7 @@ class Exchange:
     """
 
     def __init__(
-        self, layout: Layout, share: FloatArray, scales: tuple[float, float]
+        self, layout: FluxLayout, share: FloatArray, scales: tuple[float, float]
     ) -> None:
         self.layout, self.scales = layout, np.array(scales)
         self.roots = layout.laid_out(np.sqrt(share))

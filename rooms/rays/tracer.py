@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from rir.arrays import FloatArray
 from rooms.mesh import MeshGeometry
-from rooms.rays.exchange import Exchange, Layout
+from rooms.rays.exchange import Exchange, FluxLayout
 from rooms.rays.first import Hits, find_blurred, find_joined
 from rooms.rays.patches import find_patches
 from rooms.rays.places import Places
@@ -103,12 +103,12 @@ class Tracer:
         bands = self.kept.shape[1]
         wanted = 1
         if self.scatters:
-            wide = Layout(1, self.bins, bands).wide
+            wide = FluxLayout(1, self.bins, bands).wide
             bearable = _MEMORY / (2 * self.batches * self.bins * wide)
             most = min(_MOST, max(_FEWEST, bearable))
             wanted = int(np.clip(_PATCHES * np.sqrt(count), _FEWEST, most))
         patches = find_patches(self.geometry, wanted)
-        self.layout = Layout(len(patches), self.bins, bands)
+        self.layout = FluxLayout(len(patches), self.bins, bands)
         self.records, self.bases = patches.records(self.geometry), self.layout.bases
         scales = tuple(4 * np.pi / max(part, 1) for part in self.each)
         self.share = self.diffuse[patches.surface]

@@ -38,7 +38,7 @@ class BlockError(ResoundingError, ValueError):
 
 
 @dataclass
-class Block:
+class GcodeBlock:
     """The words of one line."""
 
     codes: list[str] = field(default_factory=list)
@@ -60,7 +60,7 @@ def strip_comments(line: str) -> str:
     return bare
 
 
-def read_block(line: str) -> Block:
+def read_block(line: str) -> GcodeBlock:
     """Split a stripped line into codes and values.
 
     Raises
@@ -68,7 +68,7 @@ def read_block(line: str) -> Block:
     BlockError
         With the number Grbl answers.
     """
-    block, place = Block(), 0
+    block, place = GcodeBlock(), 0
     while place < len(line):
         match = WORD.match(line, place)
         if match is None:
@@ -78,7 +78,7 @@ def read_block(line: str) -> Block:
     return block
 
 
-def _enter(block: Block, letter: str, number: str) -> None:
+def _enter(block: GcodeBlock, letter: str, number: str) -> None:
     if letter in "GM":
         value = float(number)
         code = f"{letter}{value:g}"
@@ -108,7 +108,7 @@ def _uses_axes(code: str) -> bool:
     return (code in MOTION and code != "G80") or code in WITH_AXES or code == "G43.1"
 
 
-def _check_conflicts(block: Block, code: str) -> None:
+def _check_conflicts(block: GcodeBlock, code: str) -> None:
     if _uses_axes(code) and any(_uses_axes(known) for known in block.codes):
         raise BlockError(24)
     for group in GROUPS:
@@ -118,7 +118,7 @@ def _check_conflicts(block: Block, code: str) -> None:
                 raise BlockError(21)
 
 
-def check_leftovers(block: Block) -> None:
+def check_leftovers(block: GcodeBlock) -> None:
     """Refuse words no code of the block uses.
 
     Raises

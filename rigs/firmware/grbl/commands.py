@@ -5,8 +5,8 @@ import re
 import numpy as np
 
 from rigs.firmware.grbl.block import (
-    Block,
     BlockError,
+    GcodeBlock,
     check_leftovers,
     read_block,
     strip_comments,
@@ -21,7 +21,7 @@ HELP = "[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]\
 VERSION = "[VER:1.1h.20190830:]\r\n[OPT:V,15,128]\r\n"
 
 
-class Commands:
+class LineCommands:
     """Run the lines of one board."""
 
     def __init__(self, board: Board, reports: Reports) -> None:
@@ -212,7 +212,7 @@ class Commands:
         self._set_modes(block)
         return self._act(block)
 
-    def _check(self, block: Block) -> None:
+    def _check(self, block: GcodeBlock) -> None:
         if block.has("G43.1") and not block.axes:
             raise BlockError(37)
         if block.has("G10"):
@@ -227,7 +227,7 @@ class Commands:
         if block.has("G2", "G3") and not set("IJKR") & set(block.values):
             raise BlockError(35)
 
-    def _check_g10(self, block: Block) -> None:
+    def _check_g10(self, block: GcodeBlock) -> None:
         if not {"L", "P"} <= set(block.values) or not block.axes:
             raise BlockError(28)
         if block.values["P"] > 6:
@@ -235,10 +235,10 @@ class Commands:
         if block.values["L"] not in (2, 20):
             raise BlockError(20)
 
-    def _moves(self, block: Block) -> bool:
+    def _moves(self, block: GcodeBlock) -> bool:
         return bool(block.axes) and not block.has("G10", "G92", "G28", "G30", "G43.1")
 
-    def _set_modes(self, block: Block) -> None:
+    def _set_modes(self, block: GcodeBlock) -> None:
         groups = {
             "motion": ("G0", "G1", "G2", "G3", "G80"),
             "plane": ("G17", "G18", "G19"),
@@ -256,7 +256,7 @@ class Commands:
         self.modes.feed = block.values.get("F", self.modes.feed)
         self.modes.tool = int(block.values.get("T", self.modes.tool))
 
-    def _target(self, block: Block) -> np.ndarray:
+    def _target(self, block: GcodeBlock) -> np.ndarray:
         modes = self.modes
         units = next((c for c in ("G20", "G21") if block.has(c)), modes.units)
         scale = INCH_MM if units == "G20" else 1.0
@@ -272,7 +272,7 @@ class Commands:
                 target[k] = value * scale + self.state.work_offset()[k]
         return target
 
-    def _act(self, block: Block) -> bool:
+    def _act(self, block: GcodeBlock) -> bool:
         board = self.board
         if self.state.name == "Check":
             return False
@@ -314,7 +314,7 @@ class Commands:
 
         self.board.schedule(seconds, done)
 
-    def _shift(self, block: Block) -> None:
+    def _shift(self, block: GcodeBlock) -> None:
         scale = INCH_MM if self.modes.units == "G20" else 1.0
         if block.has("G92.1"):
             self.state.g92 = np.zeros(3)
@@ -324,7 +324,7 @@ class Commands:
             self.state.g92[k] = base - value * scale
         self.reports.offset_due = 0
 
-    def _store(self, block: Block) -> bool:
+    def _store(self, block: GcodeBlock) -> bool:
         board = self.board
         number = int(block.values["P"])
         system = f"G{53 + number}" if block.values["P"] else self.modes.system
@@ -341,7 +341,7 @@ class Commands:
         board.when_still(act)
         return True
 
-    def _move(self, block: Block) -> bool:
+    def _move(self, block: GcodeBlock) -> bool:
         board = self.board
         target = self._target(block)
         if self._outside(target) and self.state.name != "Home":

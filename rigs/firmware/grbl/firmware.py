@@ -9,7 +9,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from rigs.firmware.grbl.board import Board
-from rigs.firmware.grbl.commands import Commands
+from rigs.firmware.grbl.commands import LineCommands
 from rigs.firmware.grbl.report import Reports
 from rigs.firmware.grbl.settings import DEFAULTS
 from rigs.firmware.grbl.state import BoardState
@@ -54,7 +54,7 @@ class GrblFirmware(Board):
         super().__init__(state, rng)
         self.line = bytearray()
         self.reports = Reports(self)
-        self.commands = Commands(self, self.reports)
+        self.commands = LineCommands(self, self.reports)
         self._power_up()
 
     # -- power and reset -----------------------------------------------------------
