@@ -1,6 +1,7 @@
 """What a driver of a motion controller offers to the rig, and what it knows."""
 
 from collections.abc import Sequence
+from enum import StrEnum
 from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
@@ -8,6 +9,26 @@ import numpy as np
 NEVER_HOMED = "it has not been homed since it was connected"
 
 Position = TypeVar("Position")
+
+
+class State(StrEnum):
+    """What a controller does, in Grbl's words where its reports have one."""
+
+    DISCONNECTED = "Disconnected"
+    CONNECTING = "Connecting"
+    IDLE = "Idle"
+    MOVING = "Moving"
+    HOLDING = "Holding"
+    RUN = "Run"
+    JOG = "Jog"
+    HOLD = "Hold"
+    DOOR = "Door"
+    HOME = "Home"
+    ALARM = "Alarm"
+    CHECK = "Check"
+    SLEEP = "Sleep"
+    STOPPED = "Stopped"
+    FAULT = "Fault"
 
 
 @runtime_checkable

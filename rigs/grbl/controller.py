@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from rigs.controller import State
 from rigs.faults import (
     RefusedError,
     SilenceError,
@@ -83,7 +84,7 @@ class GrblController(GrblState):
         return path[int(np.argmin(gaps)) + 1 :]
 
     def _go(self, path: list[np.ndarray]) -> np.ndarray:
-        self.state = "Moving"
+        self.state = State.MOVING
         lines = [self._move_line(point) for point in path[1:]]
         self.link.stream(lines)
         self.link.send(b"G4 P0.01\n")
@@ -91,7 +92,7 @@ class GrblController(GrblState):
         here = self._arrive(path[-1])
         self.clock.sleep(self.options.settle_s)
         self._at = here
-        self.state = "Idle"
+        self.state = State.IDLE
         return self.verify()
 
     def _move_line(self, point: np.ndarray) -> str:
@@ -114,7 +115,7 @@ class GrblController(GrblState):
                 raise RefusedError("the board refused the dwell", word.code)
             if isinstance(word, Status):
                 strays = strays + 1 if self._strays(word, path) else 0
-                idle = idle + 1 if word.state == "Idle" else 0
+                idle = idle + 1 if word.state == State.IDLE else 0
                 self._judge(word, strays)
             elif word is None:
                 self.link.send(b"?")
@@ -123,7 +124,13 @@ class GrblController(GrblState):
         )
 
     def _judge(self, status: Status, strays: int) -> None:
-        if status.state in ("Hold", "Door", "Sleep", "Alarm", "Check"):
+        if status.state in (
+            State.HOLD,
+            State.DOOR,
+            State.SLEEP,
+            State.ALARM,
+            State.CHECK,
+        ):
             raise RigError(
                 f"the machine went to {status.state} in mid-move; something or "
                 "somebody stopped it there"
@@ -146,7 +153,7 @@ class GrblController(GrblState):
         status, here = self.link.settled()
         here = here[: len(self.axes)]
         off = float(np.max(np.abs(here - target)))
-        if status.state != "Idle" or off > self.options.tolerance_mm:
+        if status.state != State.IDLE or off > self.options.tolerance_mm:
             raise StrayError(
                 f"the move ended {status.state} at {here.tolist()} mm, {off:.3f} mm "
                 f"from its target {np.round(target, 3).tolist()} mm"
@@ -169,13 +176,13 @@ class GrblController(GrblState):
         words = " ".join(f"{'XYZ'[k]}{v + 0.0:.3f}" for k, v in enumerate(step))
         try:
             self.link.command(f"$J=G91 G21 {words} F{feed_mm_per_min:g}")
-            self.state = "Moving"
+            self.state = State.MOVING
             self._rested()
             here = self._arrive(at + step)
         except BaseException as error:
             self._halt(error)
             raise
-        self._at, self.state = here, "Idle"
+        self._at, self.state = here, State.IDLE
         return here
 
     def cancel_jog(self) -> np.ndarray | None:
@@ -187,14 +194,14 @@ class GrblController(GrblState):
     def hold(self) -> None:
         """Interrupt a move; `resume` goes on with it."""
         self.link.send(HOLD)
-        self._await_state(lambda s: s.state == "Hold" and s.substate == 0)
-        self.state = "Holding"
+        self._await_state(lambda s: s.state == State.HOLD and s.substate == 0)
+        self.state = State.HOLDING
 
     def resume(self) -> None:
         """Go on with a move that was held."""
         self.link.send(RESUME)
-        self._await_state(lambda s: s.state in ("Run", "Jog", "Idle"))
-        self.state = "Moving"
+        self._await_state(lambda s: s.state in (State.RUN, State.JOG, State.IDLE))
+        self.state = State.MOVING
 
     def position(self) -> np.ndarray | None:
         """Ask the board where it is; None while that is not known."""
@@ -219,7 +226,7 @@ class GrblController(GrblState):
         at = self.verify()
         if self.reference is None:
             return np.full(len(self.axes), np.nan)
-        self.state = "Moving"
+        self.state = State.MOVING
         try:
             drift = self.reference.drift()
             if np.nanmax(np.abs(drift), initial=0.0) > self.options.reference_mm:
@@ -233,7 +240,7 @@ class GrblController(GrblState):
             if isinstance(error, StrayError):
                 self._lose(error)
             raise
-        self._at, self.state = here, "Idle"
+        self._at, self.state = here, State.IDLE
         return drift
 
     def quieten(self) -> None:
@@ -251,14 +258,14 @@ class GrblController(GrblState):
     def close(self) -> None:
         """Close the line; the machine stays as it is."""
         self.link.line.finish()
-        self.state = "Disconnected"
+        self.state = State.DISCONNECTED
         self._lose("the line was closed")
 
     def describe(self) -> dict[str, Any]:
         """Return firmware, settings and states for the record."""
         facts = self.board.describe() if self.board else {}
         return facts | {
-            "state": self.state,
+            "state": str(self.state),
             "known": self.known,
             "reboots_seen": self.link.reboots,
             "damaged_lines": self.link.noise,

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from rigs.controller import State
 from rigs.faults import StrayError
 from rigs.grbl.link import GrblLink
 
@@ -79,7 +80,7 @@ class SwitchReference:
             status = self.link.status()
             here = self.link.machine_position(status)
             there = here is not None and abs(here[k] - place) < 0.01
-            arrived = arrived + 1 if there and status.state == "Idle" else 0
+            arrived = arrived + 1 if there and status.state == State.IDLE else 0
             if arrived == 2:
                 return SWITCHES[k] in status.pins
             self.link.clock.sleep(0.05)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from rigs.clock import Clock
-from rigs.controller import NEVER_HOMED, Knowledge
+from rigs.controller import NEVER_HOMED, Knowledge, State
 from rigs.faults import (
     AlarmError,
     LineError,
@@ -60,7 +60,7 @@ class GrblState(Knowledge[np.ndarray]):
         self.clock = clock
         self.link = GrblLink(line, clock, patience)
         self.board: BoardFacts | None = None
-        self.state = "Disconnected"
+        self.state: str = State.DISCONNECTED
         self._snag = ""
         self.reference: SwitchReference | None = None
         self.alarms = 0
@@ -76,7 +76,7 @@ class GrblState(Knowledge[np.ndarray]):
     def _told(self, error: BaseException) -> None:
         """Draw the consequences of an error for what is known."""
         if isinstance(error, RebootError):
-            self.state = "Alarm"
+            self.state = State.ALARM
             self._lose(error)
         elif isinstance(error, AlarmError):
             self.alarms += 1
@@ -84,7 +84,7 @@ class GrblState(Knowledge[np.ndarray]):
             if error.code not in KEEPS_POSITION:
                 self._lose(error)
         elif isinstance(error, LineError):
-            self.state = "Disconnected"
+            self.state = State.DISCONNECTED
             self._lose(error)
 
     # -- connecting -------------------------------------------------------------------
@@ -101,7 +101,7 @@ class GrblState(Knowledge[np.ndarray]):
             If nothing answers, it is not Grbl 1.1, or its settings are not as the
             rig file expects.
         """
-        self.state = "Connecting"
+        self.state = State.CONNECTING
         self._lose(NEVER_HOMED)
         self.link.line.open()
         while self.link.next(self.link.patience.boot if not self.link.banner else 0.2):
@@ -109,7 +109,7 @@ class GrblState(Knowledge[np.ndarray]):
         status = self._first_status()
         self.board = read_board(self.link, self.axes, self.options)
         self.state = status.state
-        if status.state == "Idle" and self._stamped():
+        if status.state == State.IDLE and self._stamped():
             self._at = self.link.settled()[1][: len(self.axes)]
 
     def _first_status(self) -> Status:
@@ -118,7 +118,7 @@ class GrblState(Knowledge[np.ndarray]):
         except (SilenceError, RebootError, AlarmError):
             self.link.soft_reset()
             status = self.link.status()
-        if status.state not in ("Idle", "Alarm"):
+        if status.state not in (State.IDLE, State.ALARM):
             self.link.soft_reset()
             status = self.link.status()
         return status
@@ -127,7 +127,7 @@ class GrblState(Knowledge[np.ndarray]):
         """Return the status, after the end of a move that is still going on."""
         status = self.link.status()
         deadline = self.clock.now() + 120.0
-        while status.state in ("Run", "Jog") and self.clock.now() < deadline:
+        while status.state in (State.RUN, State.JOG) and self.clock.now() < deadline:
             self.clock.sleep(0.2)
             status = self.link.status()
         return status
@@ -162,10 +162,10 @@ class GrblState(Knowledge[np.ndarray]):
         self._lose("homing has not finished")
         try:
             self._unstick()
-            self.state = "Home"
+            self.state = State.HOME
             self.link.command("$H", self.options.homing_s or board.homing_seconds())
             status, here = self.link.settled()
-            if status.state != "Idle":
+            if status.state != State.IDLE:
                 raise RigError(f"after homing the board is {status.state}, not Idle")
             self._learn_reference()
             self._stamp()
@@ -173,7 +173,7 @@ class GrblState(Knowledge[np.ndarray]):
             self._told(error)
             self._give_up(error)
             raise
-        self.state = "Idle"
+        self.state = State.IDLE
         self.homings += 1
         self._at = here[: len(self.axes)]
 
@@ -189,13 +189,13 @@ class GrblState(Knowledge[np.ndarray]):
     def _unstick(self) -> None:
         """Bring the board into Idle or Alarm, from which it can home."""
         try:
-            if self.link.status().state in ("Idle", "Alarm"):
+            if self.link.status().state in (State.IDLE, State.ALARM):
                 return
         except (SilenceError, RebootError, AlarmError):
             pass
         self.link.soft_reset()
         status = self.link.status()
-        if status.state not in ("Idle", "Alarm"):
+        if status.state not in (State.IDLE, State.ALARM):
             raise RigError(
                 f"the board stays in {status.state} after a reset; look at it"
             )
@@ -212,7 +212,7 @@ class GrblState(Knowledge[np.ndarray]):
         try:
             self.link.soft_reset()
         except RigError:
-            self.state = "Fault"
+            self.state = State.FAULT
 
     def unlock(self) -> None:
         """Leave an alarm that kept the position, by explicit consent of the caller.
@@ -236,7 +236,7 @@ class GrblState(Knowledge[np.ndarray]):
             self._told(error)
             raise
         self._at = at
-        self.state = "Idle"
+        self.state = State.IDLE
         self.verify()
 
     # -- checking ---------------------------------------------------------------------
@@ -261,7 +261,7 @@ class GrblState(Knowledge[np.ndarray]):
         try:
             status, here = self.link.settled()
             self._compare(status, here[: len(self.axes)])
-            if status.state == "Idle" and not self._stamp_holds():
+            if status.state == State.IDLE and not self._stamp_holds():
                 raise RebootError("the controller was reset unnoticed; home it again")
         except SilenceError as error:
             self._halt(error)
@@ -272,7 +272,7 @@ class GrblState(Knowledge[np.ndarray]):
         return self._at
 
     def _compare(self, status: Status, here: np.ndarray) -> None:
-        if status.state != "Idle":
+        if status.state != State.IDLE:
             self.state = status.state
             raise RigError(f"the board is {status.state}, not Idle; see why")
         off = float(np.max(np.abs(here - self._at)))
@@ -287,13 +287,13 @@ class GrblState(Knowledge[np.ndarray]):
 
     def stop(self) -> None:
         """Slow down, then clear everything; the position stays known if that works."""
-        if self.state in ("Moving", "Holding", "Home"):
+        if self.state in (State.MOVING, State.HOLDING, State.HOME):
             self._halt(None)
 
     def emergency(self) -> None:
         """Reset at once; the position is lost if anything was moving."""
         self._lose("an emergency stop was made")
-        self.state = "Alarm"
+        self.state = State.ALARM
         self.link.send(b"\x18")
 
     def _halt(self, error: BaseException | None) -> None:
@@ -311,7 +311,7 @@ class GrblState(Knowledge[np.ndarray]):
         except BaseException as second:
             self._told(second)
             self._lose(f"it could not be stopped in an orderly way: {second}")
-            self.state = "Fault"
+            self.state = State.FAULT
             if not isinstance(second, RigError):
                 raise
             self._last_resort()
@@ -320,24 +320,24 @@ class GrblState(Knowledge[np.ndarray]):
         try:
             self.link.soft_reset()
         except LineError:
-            self.state = "Disconnected"
+            self.state = State.DISCONNECTED
         except RigError:
-            self.state = "Fault"
+            self.state = State.FAULT
 
     def _controlled_stop(self) -> None:
         status = self.link.status()
-        if status.state in ("Run", "Jog", "Hold", "Door"):
+        if status.state in (State.RUN, State.JOG, State.HOLD, State.DOOR):
             self.link.send(HOLD)
             self._await_state(
                 lambda s: (
-                    s.state in ("Idle", "Alarm")
-                    or (s.state in ("Hold", "Door") and s.substate == 0)
+                    s.state in (State.IDLE, State.ALARM)
+                    or (s.state in (State.HOLD, State.DOOR) and s.substate == 0)
                 )
             )
         self.link.soft_reset()
-        if self.link.status().state != "Idle":
+        if self.link.status().state != State.IDLE:
             self._lose("it stopped with an alarm, so the position is unsure")
-            self.state = "Alarm"
+            self.state = State.ALARM
 
     def _await_state(self, wanted: Callable[[Status], bool]) -> None:
         deadline = self.clock.now() + self.link.patience.stop
@@ -350,7 +350,7 @@ class GrblState(Knowledge[np.ndarray]):
         """Take over the position at which a stop left the board."""
         status, here = self.link.settled()
         self.state = status.state
-        if status.state != "Idle":
+        if status.state != State.IDLE:
             self._lose(f"it stopped in {status.state}")
             return None
         self._stamp()

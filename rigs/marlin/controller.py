@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from rigs.clock import Clock
-from rigs.controller import NEVER_HOMED, Knowledge
+from rigs.controller import NEVER_HOMED, Knowledge, State
 from rigs.faults import (
     LineError,
     RebootError,
@@ -68,7 +68,7 @@ class MarlinController(Knowledge[np.ndarray]):
         self.clock = clock
         self.line = line
         self.firmware = ""
-        self.state = "Disconnected"
+        self.state: str = State.DISCONNECTED
         self._number = 0
         self._partial = b""
         self._replies: deque[Reply] = deque()
@@ -178,7 +178,7 @@ class MarlinController(Knowledge[np.ndarray]):
             If nothing answers like Marlin.
         """
         self._lose(NEVER_HOMED)
-        self.state = "Connecting"
+        self.state = State.CONNECTING
         self.line.open()
         while (reply := self._next(self.options.boot_s)) is not None:
             if reply.kind == "other" and reply.text == "wait":
@@ -189,7 +189,7 @@ class MarlinController(Knowledge[np.ndarray]):
         if not names:
             raise RigError("the board does not tell a FIRMWARE_NAME; is it Marlin?")
         self.firmware = names[0].partition("FIRMWARE_NAME:")[2]
-        self.state = "Idle"
+        self.state = State.IDLE
 
     def home(self) -> None:
         """Run G28; afterwards the position is known.
@@ -210,7 +210,7 @@ class MarlinController(Knowledge[np.ndarray]):
         except RigError as error:
             self._lose(error)
             raise
-        self.state = "Idle"
+        self.state = State.IDLE
 
     def _renumber(self) -> None:
         while self._next(0.2) is not None:
@@ -253,13 +253,13 @@ class MarlinController(Knowledge[np.ndarray]):
                     f"{low.tolist()} to {high.tolist()}; choose a pose inside"
                 )
         path = [self.verify(), *points]
-        self.state = "Moving"
+        self.state = State.MOVING
         try:
             self._go(path)
         except BaseException as error:
             self._give_up(error)
             raise
-        self.state = "Idle"
+        self.state = State.IDLE
         return self.verify()
 
     def _go(self, path: list[np.ndarray]) -> None:
@@ -277,7 +277,7 @@ class MarlinController(Knowledge[np.ndarray]):
 
     def _give_up(self, error: BaseException) -> None:
         self._lose(f"a move was interrupted: {error}")
-        self.state = "Fault"
+        self.state = State.FAULT
         if not isinstance(error, LineError):
             self.stop()
 
@@ -337,23 +337,23 @@ class MarlinController(Knowledge[np.ndarray]):
 
     def stop(self) -> None:
         """Stop with M410; Marlin loses its position by that."""
-        if self.state not in ("Moving", "Fault"):
+        if self.state not in (State.MOVING, State.FAULT):
             return
         self._lose("it was stopped in mid-move")
-        self.state = "Stopped"
+        self.state = State.STOPPED
         self.line.write(b"M410\n")
 
     def close(self) -> None:
         """Close the line."""
         self.line.finish()
-        self.state = "Disconnected"
+        self.state = State.DISCONNECTED
         self._lose("the line was closed")
 
     def describe(self) -> dict[str, Any]:
         """Return plain facts for the record."""
         return {
             "firmware": self.firmware,
-            "state": self.state,
+            "state": str(self.state),
             "known": self.known,
             "low_mm": list(self.options.low_mm),
             "high_mm": list(self.options.high_mm),
