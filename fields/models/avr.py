@@ -46,7 +46,6 @@ AVR_WEIGHTS = LossWeights(
     time=10.0, spectrum=0.0, amplitude=1.0, angle=0.0, energy=1.0, stft=1.0
 )
 START_OPACITY = 1.0  # of a whole ray at the start: neither empty nor shut
-DENSITY_CELLS = CELLS  # as fine as the obstacles that dim the direct sound
 LARGE_VALUES = 2**25  # values of a layer held at once: 128 MiB of float32
 LARGE_RAYS = 500  # from here on batches of 4: the sizes of the paper fill memory
 
@@ -167,8 +166,7 @@ class Avr(nn.Module):
         if config.density == "network":
             self.density_network = perceptron([narrow, narrow, narrow, narrow, 1])
         else:
-            cells = DENSITY_CELLS
-            self.density_grid = nn.Parameter(torch.zeros(1, 1, cells, cells, cells))
+            self.density_grid = nn.Parameter(torch.zeros(1, 1, *[CELLS] * 3))
         emitter = self.encode_emitter.width if self.absolute else 4
         emitter += 6 if config.emission == "absolute" else 0
         # The first layer is split, so that what rays or emitters share is made once.

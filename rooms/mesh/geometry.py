@@ -12,7 +12,7 @@ from rir.arrays import FloatArray, IntArray
 from rir.errors import SceneError
 from rir.numbers import read_number
 from rooms.mesh.arrays import check_arrays, surface_ids
-from rooms.mesh.cleaning import Cleaned, clean, winding
+from rooms.mesh.cleaning import clean, winding
 from rooms.mesh.hierarchy import Hierarchy, build_hierarchy
 from rooms.mesh.hits import free_ways
 from rooms.mesh.loading import load_mesh
@@ -20,7 +20,7 @@ from rooms.mesh.nearness import distances, lift_off
 from rooms.mesh.pairing import pair_up
 from rooms.mesh.panels import Panels, find_panels
 from rooms.mesh.polygon import cut_ears
-from rooms.mesh.shell import closed_shell, signed_volume
+from rooms.mesh.shell import closed_shell, repairs, signed_volume
 
 __all__ = ["MeshGeometry"]
 
@@ -135,7 +135,7 @@ class MeshGeometry:
             origin,
             tolerance,
             mesh.watertight,
-            _told(mesh, panels),
+            repairs(mesh, len(panels)),
         )
 
     @staticmethod
@@ -394,16 +394,3 @@ class MeshGeometry:
             if weights.sum() > 0:
                 total[wall] = weights / weights.sum()
         return total
-
-
-def _told(mesh: Cleaned, panels: Panels) -> tuple[str, ...]:
-    merged = len(mesh.faces) - len(panels)
-    told = [*mesh.report]
-    if merged:
-        told.append(f"merged {len(mesh.faces)} triangles into {len(panels)} panels")
-    if not mesh.watertight:
-        open_ = "the mesh does not enclose the air: both sides of it reflect"
-        if len(closed_shell(mesh.vertices, mesh.faces)):
-            open_ = "open surfaces stand in a closed shell: both sides of all reflect"
-        told.append(open_)
-    return tuple(told)

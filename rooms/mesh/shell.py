@@ -3,9 +3,9 @@
 import numpy as np
 
 from rir.arrays import FloatArray, IntArray
-from rooms.mesh.cleaning import edge_table
+from rooms.mesh.cleaning import Cleaned, edge_table
 
-__all__ = ["closed_shell", "signed_volume"]
+__all__ = ["closed_shell", "repairs", "signed_volume"]
 
 _WHOLE = 0.99  # of the extent of all: what is smaller stands in the room
 
@@ -47,3 +47,16 @@ def closed_shell(vertices: FloatArray, faces: IntArray) -> IntArray:
         if np.all(np.ptp(vertices[faces[some].ravel()], axis=0) >= span):
             return some
     return np.zeros(0, dtype=np.int64)
+
+
+def repairs(mesh: Cleaned, panels: int) -> tuple[str, ...]:
+    """Return in words what was repaired, merged into panels, and left open."""
+    done = [*mesh.report]
+    if panels < len(mesh.faces):
+        done.append(f"merged {len(mesh.faces)} triangles into {panels} panels")
+    if not mesh.watertight:
+        open_ = "the mesh does not enclose the air: both sides of it reflect"
+        if len(closed_shell(mesh.vertices, mesh.faces)):
+            open_ = "open surfaces stand in a closed shell: both sides of all reflect"
+        done.append(open_)
+    return tuple(done)
