@@ -265,7 +265,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = make_parser(__doc__, "path_hard", "few rows")
     options = parser.parse_args(argv)
     truth = drawn_truth()
-    emitters, listeners, unseen = (3, 8, 6) if options.quick else (5, 200, 30)
+    emitters, listeners, unseen = (3, 6, 4) if options.quick else (5, 200, 30)
     train = rows_of(truth, emitters, listeners, 0)
     test = rows_of(truth, 2 if options.quick else 10, unseen, 1)
     print("SIMULATED  " + "  ".join(f"{k:>6}" for k in (*BARS, "NMSE", "CPU-s")))
