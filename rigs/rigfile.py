@@ -139,20 +139,20 @@ def load_points(path: Path | str) -> tuple[list[Triple], list[Triple]]:
     return [p.machine_mm for p in points], [p.room_m for p in points]
 
 
-class PlacePair(Config):
-    """Two places."""
+class CarrierPair(Config):
+    """The places of both carriers, one way and exchanged."""
 
     a: Triple
     b: Triple
 
 
-class PlacePairsFile(Config):
-    """Pairs of places."""
+class CarrierPairsFile(Config):
+    """A YAML file of such pairs."""
 
-    pairs: tuple[PlacePair, ...] = Field(min_length=1)
+    pairs: tuple[CarrierPair, ...] = Field(min_length=1)
 
 
 def load_pairs(path: Path | str) -> list[tuple[Pose, Pose]]:
     """Read pairs of places as poses that face each other."""
-    pairs = load_yaml(path, PlacePairsFile).pairs
+    pairs = load_yaml(path, CarrierPairsFile).pairs
     return [(Pose.facing(p.a, p.b), Pose.facing(p.b, p.a)) for p in pairs]

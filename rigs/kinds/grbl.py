@@ -7,7 +7,7 @@ from rigs.firmware.grbl.firmware import GrblFirmware
 from rigs.grbl.controller import GrblController
 from rigs.grbl.options import GrblOptions
 from rigs.kinds.part import ControllerPart, PartConfig, add_machine, plagued
-from rigs.kinds.settings import SimulationConfig
+from rigs.kinds.settings import SimulatedBoardConfig
 from rigs.lines.serial import Line
 
 USUAL_SETTINGS = {
@@ -23,7 +23,7 @@ class GrblPart(ControllerPart):
     kind: Literal["grbl"] = "grbl"
     baud: int = 115200
     board: GrblOptions = GrblOptions()
-    simulation: SimulationConfig = SimulationConfig()
+    simulation: SimulatedBoardConfig = SimulatedBoardConfig()
 
     @property
     def axes(self) -> tuple[str, ...]:

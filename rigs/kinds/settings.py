@@ -81,7 +81,7 @@ class FaultConfig(Config):
     millimetres: Triple = (0.0, 0.0, 0.0)
 
 
-class SimulationConfig(Config):
+class SimulatedBoardConfig(Config):
     """How a simulated board behind ``port: simulated`` is set up."""
 
     at_mm: Triple = (-100.0, -100.0, -100.0)
