@@ -53,24 +53,17 @@ SPLIT_NAMES = (C50, C80, DRR)
 
 @dataclass(frozen=True)
 class Located:
-    """A response from its direct sound to its end, or why there is none.
-
-    Parameters
-    ----------
-    samples : ndarray, shape (n,)
-        From the direct sound on, offset removed, re the peak; empty if refused.
-    direct : int
-        End of the direct sound [samples].
-    late_time : float
-        Reverberation time of the full band's end [s].
-    answers : Answers
-        One row: the flags of the full band, and the reasons if refused.
-    """
+    """A response from its direct sound to its end, or why there is none."""
 
     samples: FloatArray
+    """From the direct sound on, offset removed, re the peak; empty if refused. Shape
+    (n,)."""
     direct: int
+    """End of the direct sound [samples]."""
     late_time: float
+    """Reverberation time of the full band's end [s]."""
     answers: Answers
+    """One row: the flags of the full band, and the reasons if refused."""
 
 
 def analyse_bands(

@@ -27,39 +27,27 @@ MAX_STRANGERS = 4000
 
 @dataclass(frozen=True)
 class RoomDistances:
-    """All distances of one room.
-
-    Parameters
-    ----------
-    room : str
-        Name of the room.
-    simulated : bool
-        Whether any response of it was simulated.
-    flavour : str
-        Flavour of the metrics.
-    pairs : list of PairRows
-        The pairs compared.
-    excluded : list of (str, str)
-        Pairs that were not, with the reason.
-    paired : dict of str to ndarray, shape (n_pairs, 2)
-        Distance of the two directions, with the forward and with the reverse
-        response as the truth; the mean over takes.
-    unpaired : dict of str to ndarray, shape (n,)
-        Distances of ordered un-paired responses.
-    strangers : ndarray of int, shape (n, 2)
-        The pairs those responses belong to.
-    """
+    """All distances of one room."""
 
     room: str
+    """Name of the room."""
     simulated: bool
+    """Whether any response of it was simulated."""
     flavour: str
+    """Flavour of the metrics."""
     pairs: list[PairRows]
+    """The pairs compared."""
     excluded: list[tuple[str, str]]
+    """Pairs that were not, with the reason."""
     paired: dict[str, FloatArray] = field(default_factory=dict)
+    """Distance of the two directions, with the forward and with the reverse response as
+    the truth; the mean over takes. Each of shape (n_pairs, 2)."""
     unpaired: dict[str, FloatArray] = field(default_factory=dict)
+    """Distances of ordered un-paired responses. Each of shape (n,)."""
     strangers: NDArray[np.intp] = field(
         default_factory=lambda: np.empty((0, 2), dtype=np.intp)
     )
+    """The pairs those responses belong to. Shape (n, 2)."""
 
     @property
     def mark(self) -> str:

@@ -19,24 +19,16 @@ LEAST_RATIO = 1.25
 
 @dataclass(frozen=True)
 class Slopes:
-    """Decays of responses, steepest first, by their initial levels.
-
-    Parameters
-    ----------
-    times : ndarray, shape (..., 2)
-        Reverberation time of each decay [s]; NaN where there is none.
-    levels : ndarray, shape (..., 2)
-        Initial mean square of each decay re the sum of both [dB].
-    noise : ndarray, shape (...)
-        Mean square of the steady noise on the same scale [dB].
-    count : ndarray of int, shape (...)
-        0: no decay found; 1 or 2: slopes.
-    """
+    """Decays of responses, steepest first, by their initial levels."""
 
     times: FloatArray
+    """Reverberation time of each decay [s]; NaN where there is none. Shape (..., 2)."""
     levels: FloatArray
+    """Initial mean square of each decay re the sum of both [dB]. Shape (..., 2)."""
     noise: FloatArray
+    """Mean square of the steady noise on the same scale [dB]. Shape (...)."""
     count: NDArray[np.int64]
+    """0: no decay found; 1 or 2: slopes. Shape (...)."""
 
 
 def fit_slopes(samples: ArrayLike, sample_rate: float) -> Slopes:

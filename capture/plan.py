@@ -67,21 +67,14 @@ Step = Move | Wait | Measure
 
 @dataclass(frozen=True)
 class SessionPlan:
-    """The steps of a session, in order.
-
-    Attributes
-    ----------
-    steps : tuple of Step
-        What is done.
-    take_s : float
-        Length of one take [s].
-    move_s : float
-        Assumed length of one move [s].
-    """
+    """The steps of a session, in order."""
 
     steps: tuple[Step, ...]
+    """What is done."""
     take_s: float
+    """Length of one take [s]."""
     move_s: float = 15.0
+    """Assumed length of one move [s]."""
 
     @property
     def measures(self) -> list[Measure]:

@@ -18,18 +18,12 @@ TURN = ("qx", "qy", "qz", "qw")
 
 @dataclass(frozen=True, eq=False)
 class Photos:
-    """Hold photographs and where they were taken.
-
-    Parameters
-    ----------
-    images : numpy.ndarray
-        Shape (photographs, 3, height, width), 0 to 1.
-    poses : Poses
-        Camera poses; x looks out of the lens.
-    """
+    """Hold photographs and where they were taken."""
 
     images: np.ndarray
+    """Shape (photographs, 3, height, width), 0 to 1."""
     poses: Poses
+    """Camera poses; x looks out of the lens."""
 
 
 def read_photos(folder: str | Path, size: int = 128) -> Photos:

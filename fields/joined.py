@@ -52,18 +52,12 @@ UNKNOWN_MISFIT = 1e3
 
 @dataclass(frozen=True, eq=False)
 class SymmetricNetwork:
-    """Answer from a trained network, the same both ways.
-
-    Parameters
-    ----------
-    field : NetworkField
-        The trained network.
-    alike : bool
-        Whether the devices have one pattern, so that ends may be exchanged.
-    """
+    """Answer from a trained network, the same both ways."""
 
     field: Any
+    """The trained network."""
     alike: bool
+    """Whether the devices have one pattern, so that ends may be exchanged."""
 
     def predict(self, emitters: Poses, listeners: Poses, n_samples: int) -> FloatArray:
         """Return responses, shape (queries, n_samples), a direct sound 1/distance."""
@@ -110,27 +104,19 @@ def _ordered(first: Poses, second: Poses) -> tuple[Poses, Poses]:
 
 @dataclass(frozen=True, eq=False)
 class FieldWithNetwork:
-    """Hold a network and its weight beside another field.
-
-    Parameters
-    ----------
-    network : SymmetricNetwork
-        The network.
-    weights : ndarray, shape (2, bands, bins)
-        Amplitudes of the other field's and of the network's waveforms.
-    shares : ndarray, shape (bands, bins)
-        How much of the energy, in decibels, is the network's.
-    tiles : Tiles
-        Octaves and bins.
-    alone : bool
-        Whether the network answers alone.
-    """
+    """Hold a network and its weight beside another field."""
 
     network: SymmetricNetwork
+    """The network."""
     weights: FloatArray
+    """Amplitudes of the other field's and of the network's waveforms. Shape (2, bands,
+    bins)."""
     shares: FloatArray
+    """How much of the energy, in decibels, is the network's. Shape (bands, bins)."""
     tiles: Tiles
+    """Octaves and bins."""
     alone: bool = False
+    """Whether the network answers alone."""
 
     @classmethod
     def fit(

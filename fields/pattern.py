@@ -25,21 +25,14 @@ RIDGE = 1e-6  # of a coefficient: holds directions nobody measured, moves no oth
 
 @dataclass(frozen=True, eq=False)
 class PatternFit:
-    """Hold a fitted pattern and how well it explains the direct sounds.
-
-    Parameters
-    ----------
-    pattern : GainPattern
-        One band, device frame, on the scale 1/distance.
-    residual : float
-        Root mean square of what is not explained, same scale.
-    responses : int
-        Direct sounds used.
-    """
+    """Hold a fitted pattern and how well it explains the direct sounds."""
 
     pattern: GainPattern
+    """One band, device frame, on the scale 1/distance."""
     residual: float
+    """Root mean square of what is not explained, same scale."""
     responses: int
+    """Direct sounds used."""
 
 
 def fit_emitter_pattern(data: FieldData, order: int = 4) -> PatternFit | None:

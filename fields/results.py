@@ -20,27 +20,18 @@ TABLE = Schema("result table", 1)
 
 @dataclass
 class ResultTable:
-    """Collect scores and show them to people and programs.
-
-    Parameters
-    ----------
-    title : str
-        What the table is about.
-    mark : str
-        SIMULATED or MEASURED, shown with the title.
-    rows : list of dict
-        "method", "seconds" and one value a metric; further keys are kept.
-    notes : list of str
-        Sentences below the table.
-    checks : dict
-        Further keys of the rows to show, with their units.
-    """
+    """Collect scores and show them to people and programs."""
 
     title: str
+    """What the table is about."""
     mark: str
+    """SIMULATED or MEASURED, shown with the title."""
     rows: list[dict[str, Any]] = field(default_factory=list)
+    """Each with "method", "seconds" and one value a metric; further keys are kept."""
     notes: list[str] = field(default_factory=list)
+    """Sentences below the table."""
     checks: dict[str, str] = field(default_factory=dict)
+    """Further keys of the rows to show, with their units."""
 
     def add(self, method: str, scores: Scores, **more: Any) -> None:
         """Append one method's scores."""

@@ -17,18 +17,12 @@ __all__ = ["Shape", "known_shape"]
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """Hold the surfaces of a room that is no box.
-
-    Parameters
-    ----------
-    triangles : numpy.ndarray
-        Corners, shape (triangles, 3, 3), metres.
-    shades : numpy.ndarray
-        Mean absorption of each triangle's surface, shape (triangles,).
-    """
+    """Hold the surfaces of a room that is no box."""
 
     triangles: np.ndarray
+    """Corners, shape (triangles, 3, 3), metres."""
     shades: np.ndarray
+    """Mean absorption of each triangle's surface, shape (triangles,)."""
 
     @classmethod
     def of_scene(cls, scene: "Scene") -> "Shape | None":

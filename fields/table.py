@@ -18,23 +18,16 @@ class FieldKind:
     Every model file offers ``Config`` (a class made by
     :func:`fields.settings.settings`), ``PRESETS`` of it, ``fit(data, config, plan)``
     and ``load(path)``, so that callers never ask which model it is.
-
-    Parameters
-    ----------
-    module : str
-        Import path of the model's file; imported only when it is used.
-    summary : str
-        One line for a person choosing.
-    citation : str
-        Where the method was published.
-    neural : bool
-        Whether it needs torch.
     """
 
     module: str
+    """Import path of the model's file; imported only when it is used."""
     summary: str
+    """One line for a person choosing."""
     citation: str
+    """Where the method was published."""
     neural: bool = True
+    """Whether it needs torch."""
 
     def load_module(self) -> ModuleType:
         """Import the model's file.

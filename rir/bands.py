@@ -44,16 +44,6 @@ RINGING_S = 0.04
 class Band:
     """A fractional-octave band.
 
-    Parameters
-    ----------
-    center : float
-        Exact midband frequency [Hz].
-    fraction : int
-        1 for octaves, 3 for third octaves.
-    zero_phase : bool
-        Whether the filter runs forward and backward: twice the attenuation, still no
-        delay.
-
     Examples
     --------
     >>> octave = Band(1000.0, 1)
@@ -62,8 +52,12 @@ class Band:
     """
 
     center: float
+    """Exact midband frequency [Hz]."""
     fraction: int
+    """1 for octaves, 3 for third octaves."""
     zero_phase: bool = False
+    """Whether the filter runs forward and backward: twice the attenuation, still no
+    delay."""
 
     @cached_property
     def lower(self) -> float:

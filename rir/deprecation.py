@@ -12,18 +12,12 @@ class DeprecatedWarning(FutureWarning):
 
 @dataclass(frozen=True)
 class Deprecation:
-    """One name that goes.
-
-    Parameters
-    ----------
-    instead : str
-        What to use.
-    removed_in : str
-        Version in which the name is gone; a test fails once the project has it.
-    """
+    """One name that goes."""
 
     instead: str
+    """What to use."""
     removed_in: str
+    """Version in which the name is gone; a test fails once the project has it."""
 
 
 DEPRECATIONS = {

@@ -13,24 +13,16 @@ __all__ = ["Extension", "find_extensions"]
 
 @dataclass(frozen=True)
 class Extension:
-    """One entry point of an installed package.
-
-    Parameters
-    ----------
-    kind : str
-        What the table holds, in the singular.
-    name : str
-        Name in the table.
-    origin : str
-        Package, version and object, for messages.
-    point : EntryPoint
-        Loads the object.
-    """
+    """One entry point of an installed package."""
 
     kind: str
+    """What the table holds, in the singular."""
     name: str
+    """Name in the table."""
     origin: str
+    """Package, version and object, for messages."""
     point: "EntryPoint"
+    """Loads the object."""
 
     @property
     def label(self) -> str:

@@ -16,18 +16,13 @@ RUN_ROWS, MOST_RUNS = 16, 12
 
 @dataclass(frozen=True, eq=False)
 class RecordingBlocks:
-    """Hold when rows were recorded, and how warm it was.
-
-    Parameters
-    ----------
-    blocks : ndarray of int, shape (rows,)
-        Number of each row's recording block.
-    temperatures : ndarray, shape (rows,)
-        Logged air temperature, degrees Celsius; NaN where nobody measured.
-    """
+    """Hold when rows were recorded, and how warm it was."""
 
     blocks: IntArray
+    """Number of each row's recording block. Shape (rows,)."""
     temperatures: FloatArray
+    """Logged air temperature, degrees Celsius; NaN where nobody measured. Shape
+    (rows,)."""
 
     def rows(self, index: NDArray) -> "RecordingBlocks":
         """Return some rows; blocks keep their numbers."""

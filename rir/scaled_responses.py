@@ -27,21 +27,14 @@ HIGHEST_RATE_HZ = 1e6
 
 @dataclass(frozen=True, eq=False)
 class ScaledResponses:
-    """Hold responses ready for computing.
-
-    Parameters
-    ----------
-    responses : numpy.ndarray
-        Shape (rows, n_samples), float32; a memory map when larger than memory.
-    sample_rate : float
-        Hertz.
-    scale : float
-        What the stored responses were divided by.
-    """
+    """Hold responses ready for computing."""
 
     responses: np.ndarray
+    """Shape (rows, n_samples), float32; a memory map when larger than memory."""
     sample_rate: float
+    """Hertz."""
     scale: float
+    """What the stored responses were divided by."""
 
 
 def scaled_responses(

@@ -21,23 +21,6 @@ class Schema:
     is brought up to date in memory, step by step, when it is opened; the file stays
     as it is until its content is saved anew.
 
-    Parameters
-    ----------
-    kind : str
-        What such a file is, in words; opens every message.
-    version : int
-        What this program writes.
-    migrations : mapping of int to callable
-        For each older version, what makes the next one of its content.
-    format : str
-        The name that such a file gives itself; "" where it gives none.
-    key : str
-        Where the number stands.
-    unnumbered : int, optional
-        Version of files without a number; such files are refused by default.
-    error : type
-        What is raised.
-
     Examples
     --------
     >>> scores = Schema("score table", 2, {1: lambda old: {"rows": [old["row"]]}})
@@ -50,12 +33,19 @@ up to 2: update it (pip install -U resounding)
     """
 
     kind: str
+    """What such a file is, in words; opens every message."""
     version: int
+    """What this program writes."""
     migrations: Mapping[int, Migration] = field(default_factory=dict)
+    """For each older version, what makes the next one of its content."""
     format: str = ""
+    """The name that such a file gives itself; "" where it gives none."""
     key: str = "schema"
+    """Where the number stands."""
     unnumbered: int | None = None
+    """Version of files without a number; such files are refused by default."""
     error: type[ResoundingError] = DatasetError
+    """What is raised."""
 
     def __post_init__(self) -> None:
         if set(self.migrations) != set(range(1, self.version)):

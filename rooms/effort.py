@@ -63,18 +63,12 @@ def parse_accuracy(text: str | Mapping[str, float] | None) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Target:
-    """When to stop: errors small enough, or time used up.
-
-    Parameters
-    ----------
-    limits : dict
-        Largest errors by kind; empty for none.
-    seconds : float or None
-        Processor time that may be spent [s].
-    """
+    """When to stop: errors small enough, or time used up."""
 
     limits: dict[str, float]
+    """Largest errors by kind; empty for none."""
     seconds: float | None = None
+    """Processor time that may be spent [s]."""
 
     @property
     def open_ended(self) -> bool:

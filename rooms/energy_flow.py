@@ -19,24 +19,16 @@ _NODES = 16  # 8 move no predicted level or time by 0.001 dB or s
 
 @dataclass(frozen=True, eq=False)
 class EnergyFlow:
-    """Mean energy per second at a set of times.
-
-    Parameters
-    ----------
-    times : ndarray, shape (steps,)
-        Times since emission [s].
-    images : ndarray, shape (steps, bands)
-        Reflected by mirrors only, within the order limit.
-    beyond : ndarray, shape (steps, bands)
-        Reflected by mirrors only, above the order limit.
-    scattered : ndarray, shape (steps, bands)
-        Scattered at least once.
-    """
+    """Mean energy per second at a set of times."""
 
     times: FloatArray
+    """Times since emission [s]. Shape (steps,)."""
     images: FloatArray
+    """Reflected by mirrors only, within the order limit. Shape (steps, bands)."""
     beyond: FloatArray
+    """Reflected by mirrors only, above the order limit. Shape (steps, bands)."""
     scattered: FloatArray
+    """Scattered at least once. Shape (steps, bands)."""
 
 
 def _directions() -> tuple[FloatArray, FloatArray]:

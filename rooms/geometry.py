@@ -85,15 +85,10 @@ class Geometry(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Shoebox:
-    """A box with a corner at the origin; its walls are numbered as `rir.room.WALLS`.
-
-    Parameters
-    ----------
-    size : array_like, shape (3,)
-        Lengths along x, y, z [m].
-    """
+    """A box with a corner at the origin; its walls are numbered as `rir.room.WALLS`."""
 
     size: FloatArray
+    """Lengths along x, y, z [m]. Shape (3,)."""
     surface_names: tuple[str, ...] = field(default=(), init=False)
     report: tuple[str, ...] = field(default=(), init=False)
     lattice: bool = field(default=True, init=False)

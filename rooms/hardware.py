@@ -15,13 +15,6 @@ __all__ = ["DeviceResponse", "Hardware"]
 class DeviceResponse:
     """Magnitude response of a device, made causal with minimum phase.
 
-    Parameters
-    ----------
-    frequencies : array_like, shape (n,)
-        Ascending frequencies [Hz].
-    levels_db : array_like, shape (n,)
-        Level at each [dB]; held beyond the ends.
-
     Examples
     --------
     >>> flat = DeviceResponse([100, 10000], [-6, -6])
@@ -30,7 +23,9 @@ class DeviceResponse:
     """
 
     frequencies: FloatArray
+    """Ascending frequencies [Hz]. Shape (n,)."""
     levels_db: FloatArray
+    """Level at each [dB]; held beyond the ends. Shape (n,)."""
 
     def __post_init__(self) -> None:
         f, level = (np.asarray(v, float) for v in (self.frequencies, self.levels_db))

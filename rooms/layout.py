@@ -18,21 +18,14 @@ _BLOCK = 128
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """Some listeners of one emitter: computed in one go.
-
-    Parameters
-    ----------
-    index : int
-        Place in the order of the data set.
-    emitter : int
-        Row of `Layout.emitters`.
-    listeners : range
-        Rows of `Layout.listeners`.
-    """
+    """Some listeners of one emitter: computed in one go."""
 
     index: int
+    """Place in the order of the data set."""
     emitter: int
+    """Row of `Layout.emitters`."""
     listeners: range
+    """Rows of `Layout.listeners`."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,18 +24,13 @@ _BLOCK = 256
 
 @dataclass(frozen=True, eq=False)
 class Moments:
-    """Strengths of the monopole and of the gradient of devices over frequency.
-
-    Parameters
-    ----------
-    constant : ndarray, shape (frequencies,)
-        Gain that does not depend on direction.
-    gradient : ndarray, shape (devices, frequencies, 3)
-        Vector whose product with a direction is the rest, in the room frame.
-    """
+    """Strengths of the monopole and of the gradient of devices over frequency."""
 
     constant: FloatArray
+    """Gain that does not depend on direction. Shape (frequencies,)."""
     gradient: FloatArray
+    """Vector whose product with a direction is the rest, in the room frame. Shape
+    (devices, frequencies, 3)."""
 
     @staticmethod
     def of(

@@ -19,27 +19,18 @@ __all__ = ["Arrivals", "Budget", "Lattice", "Sound", "Waves"]
 
 @dataclass(frozen=True)
 class Budget:
-    """How much work may be spent, and how long the response is.
-
-    Parameters
-    ----------
-    sample_rate : int
-        Samples per second [Hz].
-    n_samples : int
-        Length of the response.
-    max_order : int or None
-        Highest reflection order; None follows every image inside the response.
-    rays : int or None
-        Rays per trace; None lets the planner choose.
-    seed : int
-        Key of everything random: equal seeds give equal responses.
-    """
+    """How much work may be spent, and how long the response is."""
 
     sample_rate: int
+    """Samples per second [Hz]."""
     n_samples: int
+    """Length of the response."""
     max_order: int | None = None
+    """Highest reflection order; None follows every image inside the response."""
     rays: int | None = None
+    """Rays per trace; None lets the planner choose."""
     seed: int = 0
+    """Key of everything random: equal seeds give equal responses."""
 
     @property
     def duration(self) -> float:
@@ -75,24 +66,16 @@ class Arrivals:
 
 @dataclass(frozen=True, eq=False)
 class Lattice:
-    """All images of a shoebox up to an order and a time, without listing them.
-
-    Parameters
-    ----------
-    size : ndarray, shape (3,)
-        Lengths of the box [m].
-    reflection : ndarray, shape (6, bands)
-        Amplitude reflection factors of the walls.
-    max_order : int
-        Highest reflection order.
-    until : float
-        Latest arrival [s].
-    """
+    """All images of a shoebox up to an order and a time, without listing them."""
 
     size: FloatArray
+    """Lengths of the box [m]. Shape (3,)."""
     reflection: FloatArray
+    """Amplitude reflection factors of the walls. Shape (6, bands)."""
     max_order: int
+    """Highest reflection order."""
     until: float
+    """Latest arrival [s]."""
 
     @property
     def farthest(self) -> float:

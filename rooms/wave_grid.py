@@ -19,17 +19,6 @@ _MOST_CELLS = 4_000_000  # ten times what the planner asks for: 32 MB an array
 class WaveGrid:
     """A scene cut into cells small enough for a highest frequency.
 
-    Parameters
-    ----------
-    scene : Scene
-        The room; any shape. Walls react locally, with one admittance taken from
-        the absorption of the lowest octave.
-    highest : float
-        Highest frequency of interest [Hz].
-    cells_per_wave : float
-        Cells per wavelength at that frequency; 10 keep the error of the speed of
-        sound near 1 %.
-
     Raises
     ------
     SceneError
@@ -42,8 +31,13 @@ class WaveGrid:
     """
 
     scene: Scene
+    """The room; any shape. Walls react locally, with one admittance taken from the
+    absorption of the lowest octave."""
     highest: float
+    """Highest frequency of interest [Hz]."""
     cells_per_wave: float = 10.0
+    """Cells per wavelength at that frequency; 10 keep the error of the speed of sound
+    near 1 %."""
 
     def __post_init__(self) -> None:
         count = int(np.prod(self.shape, dtype=float))

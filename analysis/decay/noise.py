@@ -33,18 +33,12 @@ WITH_NOISE, WITHOUT_NOISE = np.arange(3), np.arange(1, 3)
 
 @dataclass
 class NoiseFit:
-    """Decays and noise fitted to block energies; times in blocks of `width` samples.
-
-    Parameters
-    ----------
-    count : int
-        Number of blocks.
-    density : float
-        Degrees of freedom of the squares per sample: 1 of a white response.
-    """
+    """Decays and noise fitted to block energies; times in blocks of `width` samples."""
 
     count: int
+    """Number of blocks."""
     density: float = 1.0
+    """Degrees of freedom of the squares per sample: 1 of a white response."""
     width: int = 1
     first: int = 1
     noise: float = 0.0

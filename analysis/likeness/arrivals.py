@@ -18,20 +18,14 @@ AROUND_SECONDS = 0.002
 
 @dataclass(frozen=True)
 class Arrival:
-    """One arrival, cut out with soft edges.
-
-    Parameters
-    ----------
-    start : int
-        Index of its first sample in the response.
-    middle : int
-        Index of its largest sample in the response.
-    samples : ndarray, shape (k,)
-    """
+    """One arrival, cut out with soft edges."""
 
     start: int
+    """Index of its first sample in the response."""
     middle: int
+    """Index of its largest sample in the response."""
     samples: FloatArray
+    """Shape (k,)."""
 
 
 def split_arrivals(

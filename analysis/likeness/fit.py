@@ -24,41 +24,28 @@ WINDOW_EDGES = (0.0, 0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64, 1.28)
 
 @dataclass(frozen=True)
 class SwapFit:
-    """How the reverse response differs from the forward one.
-
-    Parameters
-    ----------
-    gain_db : float
-        Level of reverse over forward, the median over bands and windows [dB].
-    stretch : float
-        Speed of sound of the reverse take over that of the forward one, minus 1.
-    delay : float
-        Delay of reverse over forward that is the same at all times [s].
-    centers : ndarray, shape (bands,)
-        Octaves [Hz].
-    edges : ndarray, shape (windows + 1,)
-        Window edges from the direct sound on [s].
-    coherence : ndarray, shape (bands, windows)
-        Correlation of the two as recorded, 1 for equal waveforms; NaN where noise
-        covers the window.
-    matched : ndarray, shape (bands, windows)
-        The same after stretch and delay were taken out.
-    residual : ndarray, shape (bands, windows)
-        Energy of what the fit leaves, over the energy of the response, with the
-        expected share of noise taken off.
-    noise : ndarray, shape (bands, windows)
-        That share.
-    """
+    """How the reverse response differs from the forward one."""
 
     gain_db: float
+    """Level of reverse over forward, the median over bands and windows [dB]."""
     stretch: float
+    """Speed of sound of the reverse take over that of the forward one, minus 1."""
     delay: float
+    """Delay of reverse over forward that is the same at all times [s]."""
     centers: FloatArray
+    """Octaves [Hz]. Shape (bands,)."""
     edges: FloatArray
+    """Window edges from the direct sound on [s]. Shape (windows + 1,)."""
     coherence: FloatArray
+    """Correlation of the two as recorded, 1 for equal waveforms; NaN where noise covers
+    the window. Shape (bands, windows)."""
     matched: FloatArray
+    """The same after stretch and delay were taken out. Shape (bands, windows)."""
     residual: FloatArray
+    """Energy of what the fit leaves, over the energy of the response, with the expected
+    share of noise taken off. Shape (bands, windows)."""
     noise: FloatArray
+    """That share. Shape (bands, windows)."""
 
     @property
     def temperature_change(self) -> float:

@@ -14,22 +14,15 @@ __all__ = ["OctaveEnvelope", "octave_envelopes", "skirts", "usable_octaves"]
 
 @dataclass(frozen=True)
 class OctaveEnvelope:
-    """One octave of a response, moved to zero frequency.
-
-    Parameters
-    ----------
-    center : float
-        Frequency that became zero [Hz].
-    values : ndarray, shape (..., n)
-        Complex envelope; |values|^2 is the energy density of the band, and its sum
-        over `rate` the band's energy.
-    rate : float
-        Samples per second of the envelope [Hz].
-    """
+    """One octave of a response, moved to zero frequency."""
 
     center: float
+    """Frequency that became zero [Hz]."""
     values: ComplexArray
+    """Complex envelope; |values|^2 is the energy density of the band, and its sum over
+    `rate` the band's energy. Shape (..., n)."""
     rate: float
+    """Samples per second of the envelope [Hz]."""
 
     def window(self, start: float, stop: float) -> ComplexArray:
         """Return the part between two times [s]."""

@@ -16,23 +16,16 @@ __all__ = ["RoomLikeness", "fit_room", "noise_levels", "noise_power"]
 
 @dataclass(frozen=True)
 class RoomLikeness:
-    """Fits and faults of each pair of a room.
-
-    Parameters
-    ----------
-    fits : list of SwapFit
-    faults : list of list of PairFault
-        Likeliest first; empty for a pair without one.
-    noise_db : ndarray, shape (n_pairs, 2)
-        Noise power of forward and reverse, re the largest sample squared [dB].
-    typical : Typical
-        What most pairs share; an outlier is one that differs from it.
-    """
+    """Fits and faults of each pair of a room."""
 
     fits: list[SwapFit]
     faults: list[list[PairFault]]
+    """Likeliest first; empty for a pair without one."""
     noise_db: FloatArray
+    """Noise power of forward and reverse, re the largest sample squared [dB]. Shape
+    (n_pairs, 2)."""
     typical: Typical
+    """What most pairs share; an outlier is one that differs from it."""
 
     def share(self, kind: str) -> float:
         """Return the share of pairs that have a fault of a kind."""

@@ -24,28 +24,20 @@ class Flavour:
 
     A comparison of many responses describes each of them once and compares the
     descriptions; the result is the same as comparing the responses.
-
-    Parameters
-    ----------
-    version : str
-        Name written into every report, for instance ``"paper-1"``.
-    describe : callable
-        ``describe(samples (..., n), sample_rate) -> Features``.
-    compare : callable
-        ``compare(truth, prediction) -> (...)``, in the unit of the metric; leading
-        axes broadcast. NaN where the difference is not defined.
-    source : str
-        Where the definition comes from.
-    matrix : callable, optional
-        ``matrix(described) -> (n, n)``, all ordered comparisons [truth, prediction]
-        of n responses at once, where that is much faster than one by one.
     """
 
     version: str
+    """Name written into every report, for instance ``"paper-1"``."""
     describe: Callable[[FloatArray, int], Features]
+    """``describe(samples (..., n), sample_rate) -> Features``."""
     compare: Callable[[Features, Features], FloatArray]
+    """``compare(truth, prediction) -> (...)``, in the unit of the metric; leading axes
+    broadcast. NaN where the difference is not defined."""
     source: str
+    """Where the definition comes from."""
     matrix: Callable[[Features], FloatArray] | None = None
+    """``matrix(described) -> (n, n)``, all ordered comparisons [truth, prediction] of n
+    responses at once, where that is much faster than one by one."""
 
 
 @dataclass(frozen=True)

@@ -42,28 +42,19 @@ class StudyOptions:
 
 @dataclass(frozen=True)
 class RoomStudy:
-    """Distances, likeness and floor of one room.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Where the room's responses are.
-    distances : RoomDistances
-    likeness : RoomLikeness
-    floor : dict of str to float
-        Predicted mean distance by metric, in its own unit.
-    warming : ndarray, shape (n_pairs,)
-        Logged temperature of reverse minus forward [K]; NaN where not logged.
-    position_mm : float
-        Repeatability of places that the floor was predicted with [mm].
-    """
+    """Distances, likeness and floor of one room."""
 
     dataset: Dataset
+    """Where the room's responses are."""
     distances: RoomDistances
     likeness: RoomLikeness
     floor: dict[str, float]
+    """Predicted mean distance by metric, in its own unit."""
     warming: FloatArray
+    """Logged temperature of reverse minus forward [K]; NaN where not logged. Shape
+    (n_pairs,)."""
     position_mm: float
+    """Repeatability of places that the floor was predicted with [mm]."""
 
     def takes(self, k: int) -> tuple[FloatArray, FloatArray]:
         """Return the first take of both directions of a pair."""

@@ -21,30 +21,20 @@ ROWS_AT_ONCE = 256
 
 @dataclass(frozen=True)
 class FileResponses:
-    """Some responses of one file.
-
-    Parameters
-    ----------
-    file : str
-        Name of the file.
-    labels : list of str
-        What tells the responses of the file apart.
-    samples : ndarray, shape (k, n)
-        Responses.
-    sample_rate : int
-        Samples per second [Hz].
-    mark : str
-        SIMULATED or MEASURED where the file says so, else empty.
-    unit_source : bool
-        Whether the emitter is known to be an omnidirectional pulse of 1 at 1 m.
-    """
+    """Some responses of one file."""
 
     file: str
+    """Name of the file."""
     labels: list[str]
+    """What tells the responses of the file apart."""
     samples: NDArray[np.float64]
+    """Responses. Shape (k, n)."""
     sample_rate: int
+    """Samples per second [Hz]."""
     mark: str = ""
+    """SIMULATED or MEASURED where the file says so, else empty."""
     unit_source: bool = False
+    """Whether the emitter is known to be an omnidirectional pulse of 1 at 1 m."""
 
 
 def read_responses(path: str | Path) -> Iterator[FileResponses]:

@@ -21,21 +21,14 @@ UNKNOWN = (
 
 @dataclass(frozen=True)
 class FreeField:
-    """What a source sounds like without a room.
-
-    Parameters
-    ----------
-    samples : ndarray, shape (angles, n)
-        Responses around the source, reflections cut off.
-    sample_rate : int
-        Samples per second [Hz].
-    distance : float
-        Distance of the microphone [m].
-    """
+    """What a source sounds like without a room."""
 
     samples: FloatArray
+    """Responses around the source, reflections cut off. Shape (angles, n)."""
     sample_rate: int
+    """Samples per second [Hz]."""
     distance: float
+    """Distance of the microphone [m]."""
 
     def energy(self, centers: FloatArray | None) -> FloatArray:
         """Return the energy at 10 m, shape () or (bands,)."""

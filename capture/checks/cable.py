@@ -24,31 +24,20 @@ SMALLEST_TURN = 0.03  # radians: less phase than a filter bends between segments
 
 @dataclass(frozen=True)
 class Slip:
-    """A change of delay inside a take.
-
-    Attributes
-    ----------
-    samples : float
-        How much later the sound comes afterwards; negative when samples were lost.
-    time : float
-        When, s from the recording's start.
-    """
+    """A change of delay inside a take."""
 
     samples: float
+    """How much later the sound comes afterwards; negative when samples were lost."""
     time: float
+    """When, s from the recording's start."""
 
 
 @dataclass(frozen=True, eq=False)
 class Cable:
-    """The loopback of a take.
-
-    Attributes
-    ----------
-    reference : SweepReference
-        The take's reference; it has a loopback with a known latency.
-    """
+    """The loopback of a take."""
 
     reference: SweepReference
+    """The take's reference; it has a loopback with a known latency."""
 
     @property
     def samples(self) -> Array:

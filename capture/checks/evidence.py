@@ -25,48 +25,33 @@ CABLE_SHARE = 0.98  # a cable has all but its noise within 5 ms; no room has
 
 @dataclass(eq=False)
 class Evidence:
-    """One take, deconvolved.
-
-    Attributes
-    ----------
-    recording : ndarray, shape (channels, n)
-        What was recorded; channels that are not finite are zero here.
-    finite : ndarray, shape (channels,)
-        Which channels are finite.
-    response : ndarray, shape (channels, pre + length)
-        The responses.
-    reference : SweepReference
-        What was divided by.
-    energies : EnergyMap
-        Energy by octave and lag.
-    residual : Residual
-        Unexplained sound per group of channels.
-    groups : list of list of int
-        Channels of each group.
-    crests : Crests or None
-        Extremes against prediction; None for arrays of many channels.
-    golden : SweepReference or None
-        The reference of the golden loopback.
-    direct_delay : ndarray or None
-        Expected direct sound per channel, s.
-    limits : TakeLimits
-        What is tolerated.
-    figures : dict
-        Where checks put their numbers.
-    """
+    """One take, deconvolved."""
 
     recording: Array
+    """What was recorded; channels that are not finite are zero here. Shape (channels,
+    n)."""
     finite: NDArray[np.bool_]
+    """Which channels are finite. Shape (channels,)."""
     response: Array
+    """The responses. Shape (channels, pre + length)."""
     reference: SweepReference
+    """What was divided by."""
     energies: EnergyMap
+    """Energy by octave and lag."""
     residual: Residual
+    """Unexplained sound per group of channels."""
     groups: list[list[int]]
+    """Channels of each group."""
     crests: Crests | None
+    """Extremes against prediction; None for arrays of many channels."""
     golden: SweepReference | None
+    """The reference of the golden loopback."""
     direct_delay: Array | None
+    """Expected direct sound per channel, s."""
     limits: TakeLimits
+    """What is tolerated."""
     figures: dict[str, Any] = field(default_factory=dict)
+    """Where checks put their numbers."""
 
     @property
     def sample_rate(self) -> float:

@@ -19,27 +19,18 @@ MEDIAN_SHARE = 0.9
 
 @dataclass(frozen=True, eq=False)
 class NoiseFigures:
-    """Noise energy per block, each shape (channels, octaves); NaN where unknown.
-
-    Attributes
-    ----------
-    before : ndarray
-        From lags before the emission: the recording's pre-roll.
-    after : ndarray
-        From lags after the decay.
-    crossing : ndarray
-        Lundeby's: beyond the point where decay and noise meet.
-    knee : ndarray
-        Where they meet, s.
-    decay : ndarray
-        Time in which the energy falls by e, s; NaN if nothing decays.
-    """
+    """Noise energy per block, each shape (channels, octaves); NaN where unknown."""
 
     before: Array
+    """From lags before the emission: the recording's pre-roll."""
     after: Array
+    """From lags after the decay."""
     crossing: Array
+    """Lundeby's: beyond the point where decay and noise meet."""
     knee: Array
+    """Where they meet, s."""
     decay: Array
+    """Time in which the energy falls by e, s; NaN if nothing decays."""
 
     @property
     def floor(self) -> Array:

@@ -29,21 +29,14 @@ PEAK_DBFS = -9.0  # what `capture-pairs check` aims at
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a trial gave.
-
-    Attributes
-    ----------
-    error : float
-        Misalignment inside the band of the trial.
-    noise : float
-        Noise over impulse in the worst octave, as the checks of a session find it.
-    cpu_s : float
-        Processor time of the dividing [s].
-    """
+    """What a trial gave."""
 
     error: float
+    """Misalignment inside the band of the trial."""
     noise: float
+    """Noise over impulse in the worst octave, as the checks of a session find it."""
     cpu_s: float
+    """Processor time of the dividing [s]."""
 
 
 class CostBench:

@@ -26,25 +26,17 @@ WORDS = {"16 bit": 16, "24 bit": 24, "float32": 32, "float64": 64}
 
 @dataclass(frozen=True)
 class CostTrial:
-    """One setting of one knob.
-
-    Attributes
-    ----------
-    name : str
-        As a person would write it.
-    config : SessionConfig
-        The session with that setting.
-    takes : int
-        Takes that are averaged.
-    word : int
-        Bits of a sample: 16 and 24 are those of the file, 32 and 64 those of the
-        arithmetic too.
-    """
+    """One setting of one knob."""
 
     name: str
+    """As a person would write it."""
     config: SessionConfig
+    """The session with that setting."""
     takes: int = 1
+    """Takes that are averaged."""
     word: int = 64
+    """Bits of a sample: 16 and 24 are those of the file, 32 and 64 those of the
+    arithmetic too."""
 
     @property
     def seconds(self) -> float:

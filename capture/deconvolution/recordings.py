@@ -16,24 +16,16 @@ __all__ = ["PlayedSweep", "read_recordings"]
 
 @dataclass(frozen=True)
 class PlayedSweep:
-    """What was played into the recordings of a folder.
-
-    Attributes
-    ----------
-    path : Path
-        The sound file that was played.
-    loopback : int or None
-        Channel of each recording that carries the loopback (from 1).
-    band_hz : tuple of float or None
-        Flat part of the responses; what the excitation covers if left out.
-    seconds : float
-        Length of the responses.
-    """
+    """What was played into the recordings of a folder."""
 
     path: Path
+    """The sound file that was played."""
     loopback: int | None = None
+    """Channel of each recording that carries the loopback (from 1)."""
     band_hz: tuple[float, float] | None = None
+    """Flat part of the responses; what the excitation covers if left out."""
     seconds: float = 1.0
+    """Length of the responses."""
 
 
 def read_recordings(

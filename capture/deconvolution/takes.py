@@ -19,27 +19,18 @@ FEWEST_TO_JUDGE = 3  # of two takes nobody can tell which is the bad one
 
 @dataclass(frozen=True, eq=False)
 class Combination:
-    """What came of several takes.
-
-    Attributes
-    ----------
-    response : ndarray, shape (channels, n)
-        Mean of the accepted takes.
-    accepted : tuple of bool
-        Which takes are in it.
-    any_clean : bool
-        Whether a take without hard faults was there.
-    distances_db : list of float
-        Distance of each take from the sample-wise median, dB.
-    findings : list of Finding
-        Which takes were left out.
-    """
+    """What came of several takes."""
 
     response: Array
+    """Mean of the accepted takes. Shape (channels, n)."""
     accepted: tuple[bool, ...]
+    """Which takes are in it."""
     any_clean: bool
+    """Whether a take without hard faults was there."""
     distances_db: list[float]
+    """Distance of each take from the sample-wise median, dB."""
     findings: list[Finding]
+    """Which takes were left out."""
 
 
 def combine(responses: Array, spoiled: list[bool]) -> Combination:

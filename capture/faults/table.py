@@ -17,24 +17,16 @@ __all__ = ["FAULTS", "FaultKind", "FaultScene", "TakeFault", "spoil"]
 
 @dataclass(frozen=True, eq=False)
 class FaultScene:
-    """What a fault may need to know of the take it spoils.
-
-    Attributes
-    ----------
-    sample_rate : int
-        Rate [Hz].
-    played : ndarray, shape (n_samples,)
-        The signal as it leaves the interface, latency included.
-    level : float
-        Root mean square of the sweep.
-    rng : numpy.random.Generator
-        Random numbers of this take and fault.
-    """
+    """What a fault may need to know of the take it spoils."""
 
     sample_rate: int
+    """Rate [Hz]."""
     played: FloatArray
+    """The signal as it leaves the interface, latency included. Shape (n_samples,)."""
     level: float
+    """Root mean square of the sweep."""
     rng: np.random.Generator
+    """Random numbers of this take and fault."""
 
 
 class TakeFault(Config):
@@ -74,19 +66,13 @@ class TakeFault(Config):
 
 @dataclass(frozen=True)
 class FaultKind:
-    """One kind of fault.
-
-    Attributes
-    ----------
-    about : str
-        What it is, and the unit of its amount.
-    apply : callable
-        Takes the channels it hits, shape (channels, n), the fault and the scene;
-        returns them spoiled, in the same shape.
-    """
+    """One kind of fault."""
 
     about: str
+    """What it is, and the unit of its amount."""
     apply: Callable[[FloatArray, TakeFault, FaultScene], FloatArray]
+    """Takes the channels it hits, shape (channels, n), the fault and the scene; returns
+    them spoiled, in the same shape."""
 
 
 FAULTS: Registry[FaultKind] = Registry("fault")

@@ -10,24 +10,17 @@ __all__ = ["AudioInterface", "Recording"]
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """What the inputs heard during one take.
-
-    Attributes
-    ----------
-    samples : ndarray, shape (channels, n_samples)
-        Input samples, full scale = 1; microphones first, then the loopback.
-    sample_rate : int
-        Rate [Hz].
-    flags : list of str
-        What the driver complained of, each with its frame; empty when all is well.
-    detail : dict
-        Whatever else is worth keeping (device, block size, time stamps).
-    """
+    """What the inputs heard during one take."""
 
     samples: FloatArray
+    """Input samples, full scale = 1; microphones first, then the loopback. Shape
+    (channels, n_samples)."""
     sample_rate: int
+    """Rate [Hz]."""
     flags: list[str] = field(default_factory=list)
+    """What the driver complained of, each with its frame; empty when all is well."""
     detail: dict[str, Any] = field(default_factory=dict)
+    """Whatever else is worth keeping (device, block size, time stamps)."""
 
 
 @runtime_checkable

@@ -67,21 +67,14 @@ def decode(line: bytes) -> Event | None:
 
 @dataclass
 class JournalText:
-    """What a journal file says.
-
-    Attributes
-    ----------
-    events : list of dict
-        The trustworthy events, in order.
-    torn : bytes
-        The unfinished last line, empty if there is none.
-    changed : list of int
-        Numbers (from 1) of the lines that no longer match their checksum.
-    """
+    """What a journal file says."""
 
     events: list[Event] = field(default_factory=list)
+    """The trustworthy events, in order."""
     torn: bytes = b""
+    """The unfinished last line, empty if there is none."""
     changed: list[int] = field(default_factory=list)
+    """Numbers (from 1) of the lines that no longer match their checksum."""
 
     def complaints(self) -> list[str]:
         """Return one clear line for each thing wrong with the file."""

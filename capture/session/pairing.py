@@ -26,21 +26,15 @@ OCTAVE_SHARES = np.linspace(0.75, 1.35, 5)
 
 @dataclass(frozen=True, eq=False)
 class OneWay:
-    """One direction of a pair.
-
-    Attributes
-    ----------
-    response : ndarray, shape (n,)
-        Samples from the emission on.
-    temperature_c : float
-        Air temperature [°C], NaN if nobody measured it.
-    noise : ndarray, shape (octaves,)
-        Noise energy of the response over its signal energy, per octave.
-    """
+    """One direction of a pair."""
 
     response: FloatArray
+    """Samples from the emission on. Shape (n,)."""
     temperature_c: float
+    """Air temperature [°C], NaN if nobody measured it."""
     noise: FloatArray
+    """Noise energy of the response over its signal energy, per octave. Shape
+    (octaves,)."""
 
 
 def bands(sample_rate: int, lowest: float, highest: float) -> FloatArray:

@@ -28,21 +28,14 @@ NONLINEAR_DB = -40.0  # 1 %: what a good loudspeaker bends; a limiter does more
 
 @dataclass
 class Preflight:
-    """What the checks before a session found.
-
-    Attributes
-    ----------
-    lines : list of str
-        One line for a person per finding.
-    problems : list of str
-        What must be mended before measuring.
-    amplitude_dbfs : float
-        The level found for the sweep.
-    """
+    """What the checks before a session found."""
 
     lines: list[str] = field(default_factory=list)
+    """One line for a person per finding."""
     problems: list[str] = field(default_factory=list)
+    """What must be mended before measuring."""
     amplitude_dbfs: float = np.nan
+    """The level found for the sweep."""
     pascal_per_unit: float | None = None
 
     @staticmethod

@@ -16,21 +16,14 @@ def _silent(event: Event) -> None:
 
 @dataclass
 class SessionRecord:
-    """The journal of a session, what it adds up to, and who sees it grow.
-
-    Parameters
-    ----------
-    journal : Journal
-        The open journal.
-    utc : callable
-        Returns the time of day as ISO 8601 text.
-    show : callable
-        Shown every event, those too that are not journalled.
-    """
+    """The journal of a session, what it adds up to, and who sees it grow."""
 
     journal: Journal
+    """The open journal."""
     utc: Callable[[], str]
+    """Returns the time of day as ISO 8601 text."""
     show: Callable[[Event], None] = _silent
+    """Shown every event, those too that are not journalled."""
 
     def __post_init__(self) -> None:
         self.state = SessionState.of(self.journal)

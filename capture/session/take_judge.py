@@ -29,27 +29,18 @@ RETAKE_MARKS = ("clock_drift",)
 
 @dataclass(frozen=True, eq=False)
 class TakeVerdict:
-    """What the checks say of a take.
-
-    Attributes
-    ----------
-    accepted : bool
-        Whether the take may be used.
-    reasons : list of str
-        Why not, with the figure; empty when accepted.
-    marks : list of str
-        What was noticed but does no harm.
-    figures : dict
-        Every number the checks found.
-    response : ndarray, shape (microphones, pre + n)
-        The responses.
-    """
+    """What the checks say of a take."""
 
     accepted: bool
+    """Whether the take may be used."""
     reasons: list[str]
+    """Why not, with the figure; empty when accepted."""
     marks: list[str]
+    """What was noticed but does no harm."""
     figures: dict[str, Any]
+    """Every number the checks found."""
     response: FloatArray = field(repr=False)
+    """The responses. Shape (microphones, pre + n)."""
 
 
 def session_sweep(config: SessionConfig) -> Sweep:

@@ -16,24 +16,16 @@ FEWEST = 64  # samples: shorter arrays are channels by mistake
 
 @dataclass(frozen=True, eq=False)
 class Arrangement:
-    """A recording as takes of channels.
-
-    Attributes
-    ----------
-    takes : ndarray, shape (takes, channels, n)
-        The recording; of any real type.
-    loopbacks : list of ndarray or None
-        One per take, shape (n,), float64.
-    shape : tuple of int
-        Shape of a combined response without its time axis.
-    several : bool
-        Whether takes were handed in.
-    """
+    """A recording as takes of channels."""
 
     takes: NDArray[Any]
+    """The recording; of any real type. Shape (takes, channels, n)."""
     loopbacks: list[FloatArray | None]
+    """One per take, shape (n,), float64."""
     shape: tuple[int, ...]
+    """Shape of a combined response without its time axis."""
     several: bool
+    """Whether takes were handed in."""
 
 
 def as_float(samples: NDArray[Any]) -> FloatArray:

@@ -27,24 +27,17 @@ class RecorderClock:
     """How a recorder's time runs against the player's.
 
     A signal x of the player is recorded as ``x((1 + drift) (t - latency))``.
-
-    Attributes
-    ----------
-    latency : float
-        Delay, samples; NaN when nothing tells it.
-    drift : float
-        Relative difference of the rates.
-    drift_sigma : float
-        Standard error of `drift` by the noise.
-    doubt : float
-        How much `drift` changes when the converters may have a cubic phase: what a
-        filter can pose as.
     """
 
     latency: float
+    """Delay, samples; NaN when nothing tells it."""
     drift: float
+    """Relative difference of the rates."""
     drift_sigma: float
+    """Standard error of `drift` by the noise."""
     doubt: float = 0.0
+    """How much `drift` changes when the converters may have a cubic phase: what a
+    filter can pose as."""
 
     @property
     def runs_off(self) -> bool:

@@ -19,21 +19,14 @@ NEAR = 0.75  # of the extreme: a plateau is there, a gap is not
 
 @dataclass(frozen=True, eq=False)
 class Crests:
-    """How far the predicted wave overshoots the extremes of the recorded one.
-
-    Attributes
-    ----------
-    excess : ndarray, shape (channels,)
-        Overshoot over the extreme that it passes; NaN if unknown.
-    sigma : ndarray, shape (channels,)
-        Error of the prediction at full level, in the same unit.
-    at : ndarray of int, shape (channels,)
-        Sample at which it passes by most.
-    """
+    """How far the predicted wave overshoots the extremes of the recorded one."""
 
     excess: FloatArray
+    """Overshoot over the extreme that it passes; NaN if unknown. Shape (channels,)."""
     sigma: FloatArray
+    """Error of the prediction at full level, in the same unit. Shape (channels,)."""
     at: NDArray[np.intp]
+    """Sample at which it passes by most. Shape (channels,)."""
 
     @staticmethod
     def joined(parts: "Sequence[Crests]") -> "Crests":

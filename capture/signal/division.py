@@ -73,24 +73,16 @@ def _slices(first: int, last: int) -> Iterator[slice]:
 
 @dataclass(frozen=True, eq=False)
 class DividedChannels:
-    """What was found in a few channels.
-
-    Attributes
-    ----------
-    energy : ndarray, shape (channels, octaves, blocks)
-        See `capture.signal.energy`.
-    residual : Residual
-        Of each group.
-    groups : list of list of int
-        Channels of each group.
-    crests : Crests or None
-        Of each channel; None in large arrays.
-    """
+    """What was found in a few channels."""
 
     energy: Array
+    """See `capture.signal.energy`. Shape (channels, octaves, blocks)."""
     residual: Residual
+    """Of each group."""
     groups: list[list[int]]
+    """Channels of each group."""
     crests: Crests | None
+    """Of each channel; None in large arrays."""
 
 
 class Divider:

@@ -92,24 +92,16 @@ class Octaves:
 
 @dataclass(frozen=True, eq=False)
 class EnergyMap:
-    """Energies of a take's channels with what part of them is noise.
-
-    Attributes
-    ----------
-    octaves : Octaves
-        The grid.
-    energy : ndarray, shape (channels, octaves, blocks)
-        Energy by octave and lag.
-    latency : float
-        Samples before the emission in the recording.
-    n_recorded : int
-        Samples of the recording.
-    """
+    """Energies of a take's channels with what part of them is noise."""
 
     octaves: Octaves
+    """The grid."""
     energy: Array
+    """Energy by octave and lag. Shape (channels, octaves, blocks)."""
     latency: float
+    """Samples before the emission in the recording."""
     n_recorded: int
+    """Samples of the recording."""
 
     @property
     def centers(self) -> Array:

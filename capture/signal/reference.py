@@ -23,28 +23,19 @@ LEAST_SHARE = 0.03  # -15 dB: where nothing was played no gain is guessed
 
 @dataclass(frozen=True, eq=False)
 class SweepReference:
-    """The emitted signal on the recorder's clock.
-
-    Attributes
-    ----------
-    excitation : Excitation
-        What was played.
-    clock : RecorderClock
-        Delay and drift of the recorder.
-    played : ndarray
-        Spectrum of the excitation at the recorder's rate, not delayed.
-    gain : ndarray
-        Transfer function of the loopback without its delay, noise removed; ones
-        without a loopback.
-    loopback : ndarray or None
-        The recorded loopback, shape (n,).
-    """
+    """The emitted signal on the recorder's clock."""
 
     excitation: Excitation
+    """What was played."""
     clock: RecorderClock
+    """Delay and drift of the recorder."""
     played: ComplexArray
+    """Spectrum of the excitation at the recorder's rate, not delayed."""
     gain: ComplexArray
+    """Transfer function of the loopback without its delay, noise removed; ones without
+    a loopback."""
     loopback: Array | None
+    """The recorded loopback, shape (n,)."""
 
     @cached_property
     def spectrum(self) -> ComplexArray:

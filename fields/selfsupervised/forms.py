@@ -29,18 +29,12 @@ LOSS = LossWeights()
 
 @dataclass(frozen=True, eq=False)
 class FormContext:
-    """What a form knows beside the batch.
-
-    Parameters
-    ----------
-    pattern : Tensor
-        Emitter pattern fitted to the responses, harmonics, device frame.
-    box : tuple of Tensor
-        Corners of the scene, metres.
-    """
+    """What a form knows beside the batch."""
 
     pattern: Tensor
+    """Emitter pattern fitted to the responses, harmonics, device frame."""
     box: tuple[Tensor, Tensor]
+    """Corners of the scene, metres."""
 
 
 Form = Callable[[FormContext, Any, Query, Tensor, float, torch.Generator], Tensor]

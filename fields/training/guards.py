@@ -11,21 +11,14 @@ __all__ = ["Guards"]
 
 @dataclass
 class Guards:
-    """Count the steps that had to be mended.
-
-    Parameters
-    ----------
-    skipped_steps : int
-        Steps left out because the loss was not finite.
-    mended_steps : int
-        Steps in which gradient entries were not finite and were set to zero.
-    clipped_steps : int
-        Steps whose gradient was shortened to the largest norm.
-    """
+    """Count the steps that had to be mended."""
 
     skipped_steps: int = 0
+    """Steps left out because the loss was not finite."""
     mended_steps: int = 0
+    """Steps in which gradient entries were not finite and were set to zero."""
     clipped_steps: int = 0
+    """Steps whose gradient was shortened to the largest norm."""
 
     def accept_loss(self, loss: Tensor) -> bool:
         """Say whether a loss may be derived; count it when not."""

@@ -16,13 +16,6 @@ MM = 1e-3  # machines count millimetres, rooms metres
 class Frame:
     """Turn machine millimetres into room metres and back.
 
-    Parameters
-    ----------
-    origin
-        Where the machine's zero lies in the room, m.
-    orientation
-        Unit quaternion, scalar last, turning machine axes into room axes.
-
     Examples
     --------
     >>> frame = Frame.at([1.0, 2.0, 0.5], yaw_deg=90)
@@ -31,7 +24,9 @@ class Frame:
     """
 
     origin: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    """Where the machine's zero lies in the room, m."""
     orientation: np.ndarray = field(default_factory=lambda: np.array([0.0, 0, 0, 1]))
+    """Unit quaternion, scalar last, turning machine axes into room axes."""
 
     @cached_property
     def _turn(self) -> np.ndarray:

@@ -59,24 +59,16 @@ def _between_samples(response: np.ndarray, k: int) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Survey:
-    """Refined places.
-
-    Attributes
-    ----------
-    places
-        Shape (N, 3), m.
-    offset
-        Length common to all links (a wrong latency), m.
-    residuals
-        Measured minus refined length of each link, shape (M,), m.
-    sigma
-        Standard deviation of each coordinate, shape (N, 3), m.
-    """
+    """Refined places."""
 
     places: np.ndarray
+    """Shape (N, 3), m."""
     offset: float
+    """Length common to all links (a wrong latency), m."""
     residuals: np.ndarray
+    """Measured minus refined length of each link, shape (M,), m."""
     sigma: np.ndarray
+    """Standard deviation of each coordinate, shape (N, 3), m."""
 
 
 def refine_places(

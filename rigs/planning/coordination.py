@@ -29,18 +29,12 @@ class CarrierStep:
 
 @dataclass(frozen=True, eq=False)
 class Coordination:
-    """The rules two carriers share.
-
-    Parameters
-    ----------
-    envelopes
-        Of the emitter's and the listener's carrier.
-    separation
-        Least distance between the two devices, m.
-    """
+    """The rules two carriers share."""
 
     envelopes: tuple[Envelope, Envelope]
+    """Of the emitter's and the listener's carrier."""
     separation: float
+    """Least distance between the two devices, m."""
 
     @property
     def flat(self) -> bool:

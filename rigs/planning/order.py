@@ -17,21 +17,14 @@ def straight_lengths(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Visits:
-    """An order of pairs.
-
-    Attributes
-    ----------
-    order
-        Index of the pair visited k-th.
-    swapped
-        Whether that pair begins with the emitter at its second place.
-    travel
-        Way of both carriers together, swaps included, m.
-    """
+    """An order of pairs."""
 
     order: np.ndarray
+    """Index of the pair visited k-th."""
     swapped: np.ndarray
+    """Whether that pair begins with the emitter at its second place."""
     travel: float
+    """Way of both carriers together, swaps included, m."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,28 +18,19 @@ LABELS = ("pair_id", "direction", "take_id", "temperature_c")
 
 @dataclass(frozen=True)
 class Format:
-    """One format.
-
-    Attributes
-    ----------
-    about : str
-        One line for the lists.
-    read : callable
-        Takes a path and whether the data are simulated (None: the file says so);
-        returns a data set.
-    write : callable
-        Takes a data set and a path.
-    suffix : str
-        How its files end; empty for a format that is a folder.
-    holds : str
-        Pattern of a file by which such a folder is recognised.
-    """
+    """One format."""
 
     about: str
+    """One line for the lists."""
     read: Callable[[Path, bool | None], Dataset]
+    """Takes a path and whether the data are simulated (None: the file says so); returns
+    a data set."""
     write: Callable[[Dataset, Path], None]
+    """Takes a data set and a path."""
     suffix: str = ""
+    """How its files end; empty for a format that is a folder."""
     holds: str = ""
+    """Pattern of a file by which such a folder is recognised."""
 
     def suits(self, path: Path) -> bool:
         """Say whether a path looks like this format."""

@@ -15,24 +15,16 @@ _SLACK = 1e-9  # of the diagonal: far above rounding, far below a wavelength
 
 @dataclass(frozen=True, eq=False)
 class Ends:
-    """Places that ways start from or lead to.
-
-    Parameters
-    ----------
-    owner : ndarray, shape (n,)
-        Number of the device.
-    place : ndarray, shape (n, 3)
-        Where the device is.
-    image : ndarray, shape (n, 3)
-        Where it seems to be: the same, or behind a mirror.
-    panel : ndarray, shape (n,)
-        The mirror, or -1.
-    """
+    """Places that ways start from or lead to."""
 
     owner: IntArray
+    """Number of the device. Shape (n,)."""
     place: FloatArray
+    """Where the device is. Shape (n, 3)."""
     image: FloatArray
+    """Where it seems to be: the same, or behind a mirror. Shape (n, 3)."""
     panel: IntArray
+    """The mirror, or -1. Shape (n,)."""
 
     def __len__(self) -> int:
         return len(self.owner)
@@ -50,21 +42,15 @@ class Ends:
 
 @dataclass(frozen=True, eq=False)
 class Legs:
-    """Ways from ends to one point each.
-
-    Parameters
-    ----------
-    free : ndarray of bool, shape (n,)
-        Whether nothing stands in the way, and the mirror reaches far enough.
-    facing : ndarray, shape (n, 3)
-        Unit vectors out of the device.
-    surface : ndarray, shape (n,)
-        Surface that mirrors, or -1.
-    """
+    """Ways from ends to one point each."""
 
     free: NDArray[np.bool_]
+    """Whether nothing stands in the way, and the mirror reaches far enough. Shape
+    (n,)."""
     facing: FloatArray
+    """Unit vectors out of the device. Shape (n, 3)."""
     surface: IntArray
+    """Surface that mirrors, or -1. Shape (n,)."""
 
     @staticmethod
     def between(geometry: MeshGeometry, ends: Ends, points: FloatArray) -> "Legs":

@@ -31,21 +31,14 @@ _PER_DB = {
 
 @dataclass(frozen=True)
 class Share:
-    """How much louder a room may be by sound bent around edges [dB].
-
-    Parameters
-    ----------
-    listed : float
-        By the ways that are listed, straight or mirrored once.
-    early : float
-        By the same, in the first 50 ms.
-    left_out : float
-        By those mirrored twice, which are not.
-    """
+    """How much louder a room may be by sound bent around edges [dB]."""
 
     listed: float
+    """By the ways that are listed, straight or mirrored once."""
     early: float
+    """By the same, in the first 50 ms."""
     left_out: float
+    """By those mirrored twice, which are not."""
 
 
 def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Need:

@@ -52,24 +52,16 @@ class Tolerance:
 
 @dataclass(frozen=True)
 class Need:
-    """Whether a scene calls for an effect, and why.
-
-    Parameters
-    ----------
-    on : bool
-        Whether the effect is needed.
-    reason : str
-        One clause with the deciding numbers.
-    errors : dict
-        Predicted errors if it is left out: "level_db", "reverberation_percent", …
-    cost_s : float
-        Estimated processor time for one pair [s].
-    """
+    """Whether a scene calls for an effect, and why."""
 
     on: bool
+    """Whether the effect is needed."""
     reason: str
+    """One clause with the deciding numbers."""
     errors: dict[str, float] = field(default_factory=dict)
+    """Predicted errors if it is left out: "level_db", "reverberation_percent", …"""
     cost_s: float = 0.0
+    """Estimated processor time for one pair [s]."""
 
     @property
     def shown_errors(self) -> str:
@@ -94,25 +86,16 @@ def judged(
 
 @dataclass(frozen=True)
 class Effect:
-    """One interchangeable part of the physics.
-
-    Parameters
-    ----------
-    name : str
-        Entry in the table.
-    summary : str
-        One line for people.
-    needed : callable
-        (scene, budget, tolerance) -> Need; cheap, never simulates.
-    apply : callable
-        (scene, sound) -> None; adds itself to the sound.
-    after : str
-        Effect that this one is applied right after; the last one when empty. Only
-        effects of other packages need it: ours stand in their order.
-    """
+    """One interchangeable part of the physics."""
 
     name: str
+    """Entry in the table."""
     summary: str
+    """One line for people."""
     needed: Callable[[Scene, Budget, Tolerance], Need]
+    """(scene, budget, tolerance) -> Need; cheap, never simulates."""
     apply: Callable[[Scene, Sound], None]
+    """(scene, sound) -> None; adds itself to the sound."""
     after: str = ""
+    """Effect that this one is applied right after; the last one when empty. Only
+    effects of other packages need it: ours stand in their order."""

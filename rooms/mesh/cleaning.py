@@ -13,27 +13,19 @@ __all__ = ["Cleaned", "clean"]
 
 @dataclass(eq=False)
 class Cleaned:
-    """Triangles after cleaning.
-
-    Parameters
-    ----------
-    vertices : ndarray, shape (V, 3)
-        Corners [m].
-    faces : ndarray, shape (F, 3)
-        Vertex indices; normals point into the air where that is defined.
-    kept : ndarray, shape (F,)
-        Index of each triangle before cleaning.
-    watertight : bool
-        Whether the triangles enclose the air.
-    report : list of str
-        What was repaired, and what was left open.
-    """
+    """Triangles after cleaning."""
 
     vertices: FloatArray
+    """Corners [m]. Shape (V, 3)."""
     faces: IntArray
+    """Vertex indices; normals point into the air where that is defined. Shape (F,
+    3)."""
     kept: IntArray
+    """Index of each triangle before cleaning. Shape (F,)."""
     watertight: bool = True
+    """Whether the triangles enclose the air."""
     report: list[str] = field(default_factory=list)
+    """What was repaired, and what was left open."""
 
 
 def clean(vertices: FloatArray, faces: IntArray, tolerance: float) -> Cleaned:

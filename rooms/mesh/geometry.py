@@ -30,21 +30,15 @@ _RELATIVE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Tables:
-    """What the compiled loops look up.
-
-    Parameters
-    ----------
-    rims : ndarray, shape (F, 3, 4)
-        Half-spaces within which a point of the plane lies in the triangle.
-    planes : ndarray, shape (F, 4)
-        Normal and offset of each triangle.
-    blockers : ndarray, shape (B,)
-        Triangles that can stand between two points of the room.
-    """
+    """What the compiled loops look up."""
 
     rims: FloatArray
+    """Half-spaces within which a point of the plane lies in the triangle. Shape (F, 3,
+    4)."""
     planes: FloatArray
+    """Normal and offset of each triangle. Shape (F, 4)."""
     blockers: IntArray
+    """Triangles that can stand between two points of the room. Shape (B,)."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,24 +16,17 @@ _LINE = 64  # bytes of a line of the cache
 
 @dataclass(frozen=True, eq=False)
 class Hierarchy:
-    """Boxes and triangles, laid out for `rooms.mesh.lanes`.
-
-    Parameters
-    ----------
-    nodes : ndarray, shape (N, 6, 16), float32
-        Low and high corners of the boxes per node [m].
-    children : ndarray, shape (N, 16)
-        Node behind each box, or -1 - pack.
-    packs : ndarray, shape (M, 13, 8)
-        Eight triangles each: plane, barycentric coordinates, and whether it is one.
-    faces : ndarray, shape (M, 8)
-        Index of each triangle, -1 for none.
-    """
+    """Boxes and triangles, laid out for `rooms.mesh.lanes`."""
 
     nodes: NDArray[np.float32]
+    """Low and high corners of the boxes per node [m]. Shape (N, 6, 16), float32."""
     children: IntArray
+    """Node behind each box, or -1 - pack. Shape (N, 16)."""
     packs: FloatArray
+    """Eight triangles each: plane, barycentric coordinates, and whether it is one.
+    Shape (M, 13, 8)."""
     faces: IntArray
+    """Index of each triangle, -1 for none. Shape (M, 8)."""
 
     @property
     def arrays(self) -> tuple[NDArray[np.float32], IntArray, FloatArray, IntArray]:

@@ -19,27 +19,21 @@ class EnergyHistogram:
 
     Energies are in the unit of a response whose direct sound is 1/d: without any
     loss, 4 pi c time_step / V arrive in a step once the room is filled.
-
-    Parameters
-    ----------
-    energy : ndarray, shape (E, L, bands, bins)
-        Energy per bin; bin k holds arrivals from k to k + 1 time steps.
-    error : ndarray, shape (E, L, bands, bins)
-        Standard error, from independent batches of rays. That of a block of bins, an
-        eighth of all, is shared out to its bins as if these were independent.
-    total_error : ndarray, shape (E, L, bands)
-        Standard error of the sum over time.
-    time_step : float
-        Width of a bin [s].
-    segments : int
-        Ray segments that were traced.
     """
 
     energy: FloatArray
+    """Energy per bin; bin k holds arrivals from k to k + 1 time steps. Shape (E, L,
+    bands, bins)."""
     error: FloatArray
+    """Standard error, from independent batches of rays. That of a block of bins, an
+    eighth of all, is shared out to its bins as if these were independent. Shape (E, L,
+    bands, bins)."""
     total_error: FloatArray
+    """Standard error of the sum over time. Shape (E, L, bands)."""
     time_step: float
+    """Width of a bin [s]."""
     segments: int
+    """Ray segments that were traced."""
 
 
 def trace_energy(
