@@ -7,7 +7,7 @@ from pydantic import Field, field_validator, model_validator
 from capture.faults import TakeFault
 from capture.signal.interleave import Interleaving
 from rir import Pose, RoomSpec
-from rir.config import Config
+from rir.config import StrictModel
 from rir.errors import ConfigError
 from rir.schema import Schema
 
@@ -30,7 +30,7 @@ Vector = tuple[float, float, float]
 NYQUIST_SHARE = 0.47  # of the sample rate: converters' filters fall above
 
 
-class PlaceConfig(Config):
+class PlaceConfig(StrictModel):
     """Where a device stands and which way its front looks."""
 
     position_m: Vector
@@ -49,7 +49,7 @@ class PlaceConfig(Config):
         return PlaceConfig(position_m=(x, y, z), orientation=(i, j, k, w))
 
 
-class PlacePair(Config):
+class PlacePair(StrictModel):
     """Two places between which both directions are measured."""
 
     id: Annotated[str, Field(pattern=r"^[A-Za-z0-9-]{1,32}$")]
@@ -57,7 +57,7 @@ class PlacePair(Config):
     b: PlaceConfig
 
 
-class ListedPair(Config):
+class ListedPair(StrictModel):
     """A pair as a person writes it: positions, the fronts face each other."""
 
     id: str | None = None
@@ -65,13 +65,13 @@ class ListedPair(Config):
     b: Vector
 
 
-class PlacePairsFile(Config):
+class PlacePairsFile(StrictModel):
     """A YAML file that lists pairs by hand."""
 
     pairs: Annotated[list[ListedPair], Field(min_length=1)]
 
 
-class SweepConfig(Config):
+class SweepConfig(StrictModel):
     """The excitation and the silence round it."""
 
     seconds: Annotated[float, Field(gt=0.05, le=120)] = 5.0
@@ -88,7 +88,7 @@ class SweepConfig(Config):
         return self
 
 
-class Channels(Config):
+class Channels(StrictModel):
     """Which input carries what; inputs and outputs count from 1, as on the box."""
 
     microphones: Annotated[tuple[int, ...], Field(min_length=1)] = (1,)
@@ -124,7 +124,7 @@ class Channels(Config):
         return [*self.microphones, *([self.loopback] if self.loopback else [])]
 
 
-class Device(Config):
+class Device(StrictModel):
     """The one audio device that plays and records."""
 
     name: str
@@ -134,7 +134,7 @@ class Device(Config):
     stall_s: Annotated[float, Field(gt=0)] = 3.0
 
 
-class Gains(Config):
+class Gains(StrictModel):
     """What the knobs stand at, as a person read it; both directions need the same."""
 
     preamp_db: float | None = None
@@ -143,14 +143,14 @@ class Gains(Config):
     phantom: bool | None = None
 
 
-class Calibration(Config):
+class Calibration(StrictModel):
     """How full scale becomes pascal; stored with the data, not applied to them."""
 
     pascal_per_unit: Annotated[float, Field(gt=0)] | None = None
     microphone_file: str | None = None
 
 
-class SimulationConfig(Config):
+class SimulationConfig(StrictModel):
     """What the simulated interface adds to the world's own responses."""
 
     loudspeaker: Literal["omni", "cardioid"] = "omni"
@@ -170,7 +170,7 @@ class SimulationConfig(Config):
         return self.noise_db is None and self.converter_noise_db is None
 
 
-class SessionConfig(Config):
+class SessionConfig(StrictModel):
     """Everything a session needs to know; written beside its results."""
 
     schema_version: Annotated[int, Field(ge=SESSION.version, le=SESSION.version)] = (

@@ -12,12 +12,12 @@ from rigs.clock import Clock, SystemClock
 from rigs.kinds import RIGS, Surroundings
 from rigs.kinds.settings import Triple
 from rigs.rig import Rig
-from rir.config import Config, load_yaml
+from rir.config import StrictModel, load_yaml
 from rir.errors import ConfigError
 from rir.pose import Pose
 
 
-class RigFile(Config):
+class RigFile(StrictModel):
     """A whole rig file; the carriers' parts depend on their kinds."""
 
     name: str
@@ -120,14 +120,14 @@ def find_rig_file(name: Path | str) -> Path:
     )
 
 
-class PointConfig(Config):
+class PointConfig(StrictModel):
     """One touched point."""
 
     machine_mm: Triple
     room_m: Triple
 
 
-class PointsFile(Config):
+class PointsFile(StrictModel):
     """Points touched for the frame fit."""
 
     points: tuple[PointConfig, ...] = Field(min_length=3)
@@ -139,14 +139,14 @@ def load_points(path: Path | str) -> tuple[list[Triple], list[Triple]]:
     return [p.machine_mm for p in points], [p.room_m for p in points]
 
 
-class CarrierPair(Config):
+class CarrierPair(StrictModel):
     """The places of both carriers, one way and exchanged."""
 
     a: Triple
     b: Triple
 
 
-class CarrierPairsFile(Config):
+class CarrierPairsFile(StrictModel):
     """A YAML file of such pairs."""
 
     pairs: tuple[CarrierPair, ...] = Field(min_length=1)

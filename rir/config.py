@@ -9,10 +9,10 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from rir.errors import ConfigError
 from rir.schema import Schema
 
-__all__ = ["Config", "dump_yaml", "load_yaml", "parse_yaml", "validate"]
+__all__ = ["StrictModel", "dump_yaml", "load_yaml", "parse_yaml", "validate"]
 
 
-class Config(BaseModel):
+class StrictModel(BaseModel):
     """Parent of every configuration model: frozen, unknown keys are mistakes."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True)
@@ -77,7 +77,7 @@ def validate(data: Any, model: type[ConfigT], *, origin: str) -> ConfigT:
 
     Examples
     --------
-    >>> class Sweep(Config):
+    >>> class Sweep(StrictModel):
     ...     seconds: float
     >>> validate({"secnds": 3}, Sweep, origin="s.yaml")
     Traceback (most recent call last):

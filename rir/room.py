@@ -15,7 +15,7 @@ from pydantic import (
 
 from rir.arrays import FloatArray
 from rir.bands import octave_centers
-from rir.config import Config, load_yaml
+from rir.config import StrictModel, load_yaml
 from rir.errors import OutOfReachError
 from rir.materials import load_materials
 from rir.physics import (
@@ -39,7 +39,7 @@ _Point = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
 _SHARES = ("absorption", "scattering", "transmission")
 
 
-class Air(Config):
+class Air(StrictModel):
     """State of the air."""
 
     temperature_c: Annotated[float, Field(ge=-40, le=60)] = REFERENCE_TEMPERATURE_C
@@ -95,7 +95,7 @@ def per_octave(values: Any) -> Any:
     return values
 
 
-class Surface(Config):
+class Surface(StrictModel):
     """What one surface does to sound: absorption and scattering per octave.
 
     Give a `material` of the bundled table, or `absorption`; either may be combined
@@ -168,7 +168,7 @@ class Surface(Config):
         return self.scattering is not None or "scattering" in table
 
 
-class Place(Config):
+class Place(StrictModel):
     """Where a device stands and looks, in a room file.
 
     In YAML a list of three coordinates is a place as well.
@@ -190,7 +190,7 @@ class Place(Config):
         return Pose.at(*self.at, yaw_deg=self.yaw_deg, pitch_deg=self.pitch_deg)
 
 
-class Box(Config):
+class Box(StrictModel):
     """An axis-aligned box that stands in a room; see `RoomSpec` for what it does."""
 
     name: str = "box"
@@ -210,7 +210,7 @@ class Box(Config):
         return float(np.linalg.norm(np.maximum(0, np.maximum(low - p, p - high))))
 
 
-class RoomSpec(Config):
+class RoomSpec(StrictModel):
     """A room: a box of `size_m`, or a mesh, with surfaces, air and furniture.
 
     The origin of a box is a corner on the floor; x, y, z run along `size_m`. A mesh

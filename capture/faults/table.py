@@ -10,7 +10,7 @@ from pydantic import field_validator
 from capture.signal.randomness import take_rng
 from rir import Registry
 from rir.arrays import FloatArray
-from rir.config import Config
+from rir.config import StrictModel
 
 __all__ = ["FAULTS", "FaultKind", "FaultScene", "TakeFault", "spoil"]
 
@@ -29,7 +29,7 @@ class FaultScene:
     """Random numbers of this take and fault."""
 
 
-class TakeFault(Config):
+class TakeFault(StrictModel):
     """One fault of some takes.
 
     Attributes

@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import Field as Setting
 
-from rir.config import Config, load_yaml
+from rir.config import StrictModel, load_yaml
 from rir.errors import ConfigError
 
 __all__ = [
@@ -34,7 +34,7 @@ PAPER_EPOCHS = 200.0
 """Epochs of the paper's trainings."""
 
 
-class SetConfig(Config):
+class SetConfig(StrictModel):
     """One data set of a comparison."""
 
     name: str = ""
@@ -58,7 +58,7 @@ class SetConfig(Config):
         return stem + few + (f"-listeners-over-{self.fewer}" if self.fewer > 1 else "")
 
 
-class ModelConfig(Config):
+class ModelConfig(StrictModel):
     """One model, with the settings that differ from its own."""
 
     model: str
@@ -71,7 +71,7 @@ class ModelConfig(Config):
     learning_rate: float | None = None
 
 
-class CompareConfig(Config):
+class CompareConfig(StrictModel):
     """A comparison: every model in every form with every seed on every set."""
 
     title: str = "comparison"

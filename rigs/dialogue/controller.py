@@ -17,11 +17,11 @@ from rigs.faults import (
     UnknownPositionError,
 )
 from rigs.lines.serial import Line
-from rir.config import Config
+from rir.config import StrictModel
 from rir.errors import OutOfReachError, RigError
 
 
-class Dialogue(Config):
+class Dialogue(StrictModel):
     """What is said and answered; ``{position}``, ``{step}``, ``{steps}`` are filled in.
 
     ``position`` and ``step`` are in units of the axis (degrees, mm) from zero and from
@@ -52,7 +52,7 @@ class Dialogue(Config):
     stop: str | None = None
 
 
-class DialogueOptions(Config):
+class DialogueOptions(StrictModel):
     """Axis, range, speed and dialogue of a simple controller."""
 
     axis: Literal["x", "y", "z", "yaw"] = "yaw"

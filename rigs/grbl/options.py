@@ -2,10 +2,10 @@
 
 from pydantic import Field
 
-from rir.config import Config
+from rir.config import StrictModel
 
 
-class GrblOptions(Config):
+class GrblOptions(StrictModel):
     """Options of one board; travel, speeds and homing are read from the board."""
 
     axes: tuple[str, ...] = ("x", "y", "z")

@@ -10,7 +10,7 @@ from rigs.kinds.settings import EnvelopeConfig
 from rigs.kinds.unwired import UnwiredRig
 from rigs.planning.envelope import Envelope
 from rigs.rig import RIGS, RigKind, Surroundings
-from rir.config import Config
+from rir.config import StrictModel
 from rir.errors import RigError
 from rir.pose import Pose
 
@@ -116,7 +116,7 @@ class ManualRig(UnwiredRig):
         return {"name": self.name, "kind": "manual", "simulated": False}
 
 
-class ManualConfig(Config):
+class ManualConfig(StrictModel):
     """The part of a rig file that describes a person."""
 
     kind: Literal["manual"] = "manual"

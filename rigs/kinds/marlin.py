@@ -10,10 +10,10 @@ from rigs.kinds.part import ControllerPart, PartConfig, add_machine, plagued
 from rigs.kinds.settings import FaultConfig, Triple
 from rigs.lines.serial import Line
 from rigs.marlin.controller import MarlinController, MarlinOptions
-from rir.config import Config
+from rir.config import StrictModel
 
 
-class MarlinSimulation(Config):
+class MarlinSimulation(StrictModel):
     """How a simulated Marlin board is set up."""
 
     at_mm: Triple = (50.0, 50.0, 50.0)

@@ -14,7 +14,7 @@ from rigs.lines.serial import Line, SerialLine
 from rigs.lines.simulated import SIMULATED, simulated_line
 from rigs.machine import MachineRig
 from rigs.rig import RIGS, RigKind, Surroundings
-from rir.config import Config
+from rir.config import StrictModel
 
 Truth = Callable[[], dict[str, float]]
 """The true machine position of each axis of a simulated controller."""
@@ -23,7 +23,7 @@ Truth = Callable[[], dict[str, float]]
 B = TypeVar("B", bound=SimulatedBoard)
 
 
-class ControllerPart(Config):
+class ControllerPart(StrictModel):
     """One controller behind a port, on its own or as part of a composite rig."""
 
     port: str

@@ -8,12 +8,12 @@ from pydantic import Field
 from rigs.calibration.frame import Frame
 from rigs.calibration.mount import Mount
 from rigs.planning.envelope import Envelope, KeepOut
-from rir.config import Config
+from rir.config import StrictModel
 
 Triple = tuple[float, float, float]
 
 
-class BoxConfig(Config):
+class BoxConfig(StrictModel):
     """A keep-out box in room metres."""
 
     name: str
@@ -21,7 +21,7 @@ class BoxConfig(Config):
     high_m: Triple
 
 
-class EnvelopeConfig(Config):
+class EnvelopeConfig(StrictModel):
     """Reach, keep-outs and size of the carried device, in room metres."""
 
     low_m: Triple
@@ -36,7 +36,7 @@ class EnvelopeConfig(Config):
         return Envelope(self.low_m, self.high_m, boxes, self.clearance_m, self.column)
 
 
-class FrameConfig(Config):
+class FrameConfig(StrictModel):
     """Where the machine's zero lies in the room, as `rig survey` prints it."""
 
     origin_m: Triple = (0.0, 0.0, 0.0)
@@ -52,7 +52,7 @@ class FrameConfig(Config):
         return Frame(np.array(self.origin_m), quaternion / np.linalg.norm(quaternion))
 
 
-class MachineConfig(Config):
+class MachineConfig(StrictModel):
     """What every rig made of controllers needs to know about the room."""
 
     name: str = "rig"
@@ -69,7 +69,7 @@ class MachineConfig(Config):
         return Mount(self.frame.frame(), fixed, self.free_orientation)
 
 
-class FaultConfig(Config):
+class FaultConfig(StrictModel):
     """A fault a simulated board suffers in mid-move."""
 
     kind: Literal["brown-out", "lost-steps", "garbage", "mute", "delay", "unplug"]
@@ -81,7 +81,7 @@ class FaultConfig(Config):
     millimetres: Triple = (0.0, 0.0, 0.0)
 
 
-class SimulatedBoardConfig(Config):
+class SimulatedBoardConfig(StrictModel):
     """How a simulated board behind ``port: simulated`` is set up."""
 
     at_mm: Triple = (-100.0, -100.0, -100.0)

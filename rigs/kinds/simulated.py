@@ -10,7 +10,7 @@ from rigs.kinds.unwired import UnwiredRig
 from rigs.motion import travel_time, turn_angle
 from rigs.planning.envelope import Envelope
 from rigs.rig import RIGS, RigKind, Surroundings
-from rir.config import Config
+from rir.config import StrictModel
 from rir.pose import Pose
 
 
@@ -120,7 +120,7 @@ class SimulatedRig(UnwiredRig):
         }
 
 
-class SimulatedConfig(Config):
+class SimulatedConfig(StrictModel):
     """The part of a rig file that describes a simulated rig."""
 
     kind: Literal["simulated"] = "simulated"

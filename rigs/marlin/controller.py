@@ -21,13 +21,13 @@ from rigs.faults import (
 from rigs.lines.serial import Line
 from rigs.marlin.parsing import Reply, checksummed, read_reply, vector
 from rigs.motion import travel_time
-from rir.config import Config
+from rir.config import StrictModel
 from rir.errors import OutOfReachError, RigError
 
 RESENDS = 6  # of one line: so many damaged in a row are a broken line, not noise
 
 
-class MarlinOptions(Config):
+class MarlinOptions(StrictModel):
     """Options of one Marlin board, which does not tell its travel itself."""
 
     axes: tuple[str, ...] = ("x", "y", "z")

@@ -5,7 +5,7 @@ from typing import Any, Literal
 from rigs.kinds.settings import EnvelopeConfig
 from rigs.kinds.simulated import SimulatedRig
 from rigs.rig import RigKind, Surroundings
-from rir.config import Config
+from rir.config import StrictModel
 
 
 class Cart(SimulatedRig):
@@ -16,7 +16,7 @@ class Cart(SimulatedRig):
         return super().describe() | {"kind": "cart"}
 
 
-class CartConfig(Config):
+class CartConfig(StrictModel):
     """The part of a rig file that describes a cart."""
 
     kind: Literal["cart"] = "cart"
