@@ -24,11 +24,10 @@ from inverse.paths.polyhedral import FittedMesh
 from inverse.rows.direct import read_direct
 from inverse.rows.fitset import FitSet
 from inverse.rows.onsets import read_onsets
-from inverse.rows.regions import Regions
 from inverse.rows.sight import read_sight
 from inverse.walls.joining import find_joined
 from inverse.walls.opening import Opening, Slab
-from path_rooms import BENT, ROUGH, SPEED, spoiled
+from path_rooms import BENT, ROUGH, SPEED, BoxRegions, spoiled
 from rir import GainPattern
 from rooms import Scene
 from rooms.mesh import MeshGeometry
@@ -285,7 +284,7 @@ def late_case(seed: int) -> dict[str, dict[str, float]]:
     ends = [(one.emitters.positions, one.listeners.positions) for one in (train, test)]
     told = {}
     blind = read_sight(train, read_direct(train)).regions(train)
-    kinds = {"exact": Regions.of_boxes(house.rooms), "blind": blind}
+    kinds = {"exact": BoxRegions.of(house.rooms), "blind": blind}
     for kind, regions in kinds.items():
         features = PlaceFeatures.of(np.vstack(ends[0]), regions)
         numbers = [regions.numbers(one) for one in ends[0]]

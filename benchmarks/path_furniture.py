@@ -21,9 +21,8 @@ from numba import njit
 from harness import make_parser, write_results
 from inverse.bands.banded_room import BandedRoom
 from inverse.find import room_in_rows
-from inverse.paths.box_fit import level_errors
 from inverse.rows.fitset import FitSet
-from path_rooms import fit_rows, loudspeaker
+from path_rooms import fit_rows, level_errors, loudspeaker
 
 SIZE = np.array([5.0, 4.0, 2.6])
 FACTORS = np.array([0.9, 0.82, 0.86, 0.9, 0.75, 0.85])

@@ -17,7 +17,7 @@ import numpy as np
 from fields.evaluate import compare_rows
 from harness import make_parser, write_results
 from inverse.find import room_in_rows
-from inverse.late.coherence_horizon import Uncertainty, coherence_horizon
+from inverse.late.coherence_horizon import Uncertainty
 from inverse.late.completion import Completion
 from inverse.paths.bank import ideal_bank
 from inverse.paths.mesh_room import MeshRoom
@@ -108,6 +108,25 @@ def pairs(
     emitters = 0.3 + rng.random((places, 3)) * inside
     listeners = 0.3 + rng.random((count, 3)) * inside
     return np.repeat(emitters, -(-count // places), axis=0)[:count], listeners
+
+
+def coherence_horizon(
+    frequencies: np.ndarray,
+    speed_of_sound: float,
+    uncertainty: Uncertainty,
+    *,
+    longest_s: float = 10.0,
+) -> np.ndarray:
+    """Return until when waveforms can be promised at each frequency, seconds.
+
+    There the error reaches half the energy (-3 dB): 2 (1 - exp(-(k s)^2 / 2)) =
+    1/2, k s = 0.76.
+    """
+    times = np.geomspace(1e-4, longest_s, 2000)
+    spread = uncertainty.length_sd(times * speed_of_sound)
+    allowed = 0.76 * speed_of_sound / (2 * np.pi * np.asarray(frequencies))
+    inside = np.searchsorted(np.maximum.accumulate(spread), allowed)
+    return np.where(inside > 0, times[np.clip(inside - 1, 0, len(times) - 1)], 0.0)
 
 
 def horizon_errors(render: Callable[..., None], count: int) -> dict[str, float]:

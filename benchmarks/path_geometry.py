@@ -21,14 +21,13 @@ import numpy as np
 from harness import make_parser, write_results
 from inverse.acoustics import Acoustics
 from inverse.find import room_in_rows
-from inverse.paths.box_fit import level_errors
 from inverse.paths.polyhedral import FittedMesh
 from inverse.paths.polyhedron import Polyhedron
 from inverse.rows.direct import read_direct
 from inverse.rows.fitset import FitSet
 from inverse.walls.box import assemble_boxes
 from inverse.walls.scan import scan_planes, scan_signals
-from path_rooms import BENT, CLEAR, ROUGH, spoiled
+from path_rooms import BENT, CLEAR, ROUGH, level_errors, spoiled
 from rir import GainPattern
 from rooms import Scene
 from rooms.mesh import MeshGeometry

@@ -24,9 +24,8 @@ from fields.evaluate import compare_rows
 from harness import make_parser, write_results
 from inverse.acoustics import Acoustics
 from inverse.find import room_in_rows
-from inverse.paths.box_fit import level_errors
 from inverse.rows.fitset import FitSet
-from path_rooms import fit_rows, loudspeaker
+from path_rooms import fit_rows, level_errors, loudspeaker
 from rir.physics import air_absorption, speed_of_sound
 
 SIZE = np.array([6.0, 4.0, 3.0])

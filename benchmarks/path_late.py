@@ -18,6 +18,7 @@ from inverse.late.features import PlaceFeatures
 from inverse.late.late_maps import LateMaps, chi_square_bias, fit_maps
 from inverse.late.slopes import common_rates, region_curves
 from inverse.rows.regions import Regions, find_regions
+from path_rooms import BoxRegions
 
 ROOMS = np.array([[[0.0, 0, 0], [5, 4, 2.6]], [[5.0, 0, 0], [9, 4, 2.6]]])
 DOOR = (1.55, 2.45, 2.05)
@@ -156,7 +157,7 @@ def noisy(energies: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 def regions_of(kind: str, truth: Truth, chosen: np.ndarray, seed: int) -> Regions:
     """Return exact regions, blind ones, one, or 5 % wrong."""
     if kind == "exact":
-        return Regions.of_boxes(ROOMS)
+        return BoxRegions.of(ROOMS)
     if kind == "none":
         return Regions.one()
     rng = np.random.default_rng(seed)
@@ -166,7 +167,7 @@ def regions_of(kind: str, truth: Truth, chosen: np.ndarray, seed: int) -> Region
         flags = (known[:, 0] > 5).astype(int)
         wrong = rng.permutation(len(known))[: max(1, round(0.05 * len(known)))]
         flags[wrong] = 1 - flags[wrong]
-        return Regions(known, np.eye(2)[flags], np.empty((0, 2, 3)))
+        return Regions(known, np.eye(2)[flags])
     bits = sees(emitters, listeners).astype(float)
     flip = rng.random(len(bits)) < WRONG_SIGHT
     return find_regions(emitters, listeners, np.where(flip, 1 - bits, bits))

@@ -21,6 +21,7 @@ from fields.evaluate import METRIC_UNITS, score
 from fields.plan import TrainingPlan
 from fields.run import train_on
 from harness import make_parser, write_results
+from plane_waves import PlaneWaves
 from rir import Dataset
 
 RATE, SPEED, SAMPLES = 16000, 343.2, 1600
@@ -74,9 +75,7 @@ def _scattered(
 
 def _late_modes(rng: np.random.Generator):
     """Return late sound that obeys reciprocity: plane waves with twins."""
-    from inverse.late.spatial_tail import SpatialTail
-
-    tail = SpatialTail(int(rng.integers(1000)), np.zeros(3), RATE / SPEED, SAMPLES)
+    tail = PlaneWaves(int(rng.integers(1000)), np.zeros(3), RATE / SPEED, SAMPLES)
     times = np.arange(SAMPLES) / RATE
     shape = 0.05 * np.exp(-40 * times) * np.minimum(times / 0.02, 1)
 

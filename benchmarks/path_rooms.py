@@ -1,10 +1,12 @@
-"""Rows of simulated rooms as the path field takes them, shared by its benchmarks."""
+"""Rows of simulated rooms as the path field takes them, for benchmarks and tests."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from inverse.rows.fitset import FitSet, place_numbers
+from inverse.rows.regions import Regions
 from rir import Poses
 from rooms import Scene, simulate
 
@@ -105,3 +107,36 @@ def loudspeaker(samples: int, rate: float) -> np.ndarray:
     high_pass = ratio**2 / (1 + np.sqrt(2) * ratio + ratio**2)
     edge = np.cos(0.5 * np.pi * np.clip((hertz - 7000) / 1000, 0, 1)) ** 2
     return high_pass * edge
+
+
+def level_errors(truth: np.ndarray, answer: np.ndarray) -> np.ndarray:
+    """Return the normalised squared error of each row, in decibels."""
+    power = np.maximum((truth**2).sum(axis=1), 1e-300)
+    return 10 * np.log10(((truth - answer) ** 2).sum(axis=1) / power + 1e-30)
+
+
+@dataclass(frozen=True, eq=False)
+class BoxRegions(Regions):
+    """Hold regions that are known boxes.
+
+    A place inside a box has its flag, any other that of the nearest box.
+
+    Parameters
+    ----------
+    corners : ndarray, shape (regions, 2, 3)
+        Low and high, metres.
+    """
+
+    corners: np.ndarray
+
+    @classmethod
+    def of(cls, corners: np.ndarray) -> "BoxRegions":
+        """Return regions that are boxes of given corners."""
+        return cls(corners.mean(axis=1), np.eye(len(corners)), corners)
+
+    def __call__(self, positions: np.ndarray) -> np.ndarray:
+        """Return shares of regions, shape (places, regions)."""
+        low, high = self.corners[:, 0], self.corners[:, 1]
+        out = np.maximum(low - positions[:, None], positions[:, None] - high)
+        nearest = np.argmin(np.linalg.norm(np.maximum(out, 0), axis=-1), axis=1)
+        return self.shares[nearest]

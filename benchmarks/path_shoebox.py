@@ -19,10 +19,9 @@ import numpy as np
 from harness import make_parser, write_results
 from inverse.acoustics import Acoustics
 from inverse.find import room_in_rows
-from inverse.paths.box_fit import level_errors
 from inverse.paths.shoebox import FittedRoom
 from inverse.rows.fitset import FitSet
-from path_rooms import fit_rows, simulated
+from path_rooms import fit_rows, level_errors, simulated
 from rir import GainPattern, Poses
 from rooms import Scene
 

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["Uncertainty", "coherence_horizon", "predicted_coherence"]
+__all__ = ["Uncertainty", "predicted_coherence"]
 
-HALF_WRONG = 0.76  # wave number times spread: the error is half the energy, see below
 SOUND_SPEED_A_KELVIN = 0.0018  # part of it: 0.61 m/s of 343 m/s
 POSE_SD_M = 0.003  # of each coordinate, where nothing better is known: a careful rig
 TEMPERATURE_SD_K = 0.1  # between takes, in a closed room within an hour
@@ -57,28 +56,3 @@ def predicted_coherence(
     spread = uncertainty.length_sd(times * speed_of_sound)
     turns = 2 * np.pi * np.asarray(frequencies)[:, None] / speed_of_sound * spread
     return np.exp(-(turns**2))
-
-
-def coherence_horizon(
-    frequencies: np.ndarray,
-    speed_of_sound: float,
-    uncertainty: Uncertainty,
-    *,
-    longest_s: float = 10.0,
-) -> np.ndarray:
-    """Return until when waveforms can be promised at each frequency, seconds.
-
-    There the error reaches half the energy (-3 dB): 2 (1 - exp(-(k s)^2 / 2)) =
-    1/2, k s = 0.76.
-
-    Examples
-    --------
-    >>> doubt = Uncertainty(pose_sd_m=0.003, temperature_sd_k=0.5)
-    >>> coherence_horizon(np.array([1000.0]), 343.0, doubt).round(2)
-    array([0.13])
-    """
-    times = np.geomspace(1e-4, longest_s, 2000)
-    spread = uncertainty.length_sd(times * speed_of_sound)
-    allowed = HALF_WRONG * speed_of_sound / (2 * np.pi * np.asarray(frequencies))
-    inside = np.searchsorted(np.maximum.accumulate(spread), allowed)
-    return np.where(inside > 0, times[np.clip(inside - 1, 0, len(times) - 1)], 0.0)

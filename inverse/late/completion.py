@@ -14,7 +14,6 @@ from inverse.late.features import PlaceFeatures
 from inverse.late.gate import MOST_GAIN, Gate, TileEnergies, judge
 from inverse.late.late_maps import LateMaps, chi_square_variance
 from inverse.late.measured_energies import MeasuredEnergies
-from inverse.late.spatial_tail import SpatialTail
 from inverse.late.spectral_tilt import colored, tilt_filter
 from inverse.late.variant_choice import choose_variant
 from inverse.paths.polyhedral import FittedMesh
@@ -45,7 +44,7 @@ class Completion:
         Energy of any pair.
     gate : Gate
         Which tiles the paths fill.
-    tail : SpatialTail
+    tail : EvenTail
         Waveform of what the energy model fills.
     agreement : Agreement
         How much of each tile's energy keeps its waveform.
@@ -58,7 +57,7 @@ class Completion:
     tiles: Tiles
     model: EnergyModel
     gate: Gate
-    tail: SpatialTail | EvenTail
+    tail: EvenTail
     agreement: Agreement
     alarms: list[str] = field(default_factory=list)
     finish: np.ndarray = field(default_factory=lambda: np.ones(1))
@@ -70,7 +69,6 @@ class Completion:
         early: np.ndarray,
         paths: FittedRoom | FittedMesh | None,
         *,
-        spatial: bool = False,
         measured: MeasuredEnergies | None = None,
         guide: np.ndarray | None = None,
     ) -> "Completion":
@@ -84,9 +82,6 @@ class Completion:
             The paths' answer, shape (rows, n_samples); zeros without paths.
         paths : FittedRoom, FittedMesh or None
             The paths; their ``speed_of_sound`` and ``length_sd`` are used.
-        spatial : bool
-            Let the tail differ from place to place as in a diffuse field. The
-            default is one even waveform, which is the better guess of each.
         measured : MeasuredEnergies, optional
             What the same rows say by themselves, where that is known already.
         guide : numpy.ndarray, optional
@@ -108,8 +103,7 @@ class Completion:
         misfit = np.where(begun, model_misfit, np.nan)
         own = chi_square_variance(tiles.widths[:, None], tiles.bin_s)
         gate = judge(held, expected, ratio, misfit, apart, own)
-        center = np.vstack(ends).mean(axis=0)
-        tail = _tail(spatial, 0, center, tiles, speed)
+        tail = EvenTail(0, *_timing(tiles, speed))
         alarms = completion_alarms(fit_set, gate, tiles, model_misfit, regions)
         after = bins_after(fit_set.distances, speed, tiles)
         waves = held if guide is None else _tile_energies(known, early)
@@ -148,8 +142,6 @@ class Completion:
         self, rows: FitSet, early: np.ndarray, guide: np.ndarray | None
     ) -> "Completion":
         """Return the completion with the rows' spectral shape on its tail."""
-        if not isinstance(self.tail, EvenTail):
-            return self
         predicted = self.apply(early, rows.emitters, rows.listeners, guide)
         taps = tilt_filter(rows.responses, predicted, rows.sample_rate)
         return replace(self, tail=replace(self.tail, tint=taps))
@@ -195,7 +187,7 @@ class Completion:
         out = self.tiles.gained(early, pair * np.sqrt(shares))
         if (shares < 1).any():
             late = self.agreement.calm**2 * wanted * (1 - shares)
-            out += self._tail(first, second, late)
+            out += self.tail.brought(first, second, self.tiles, late)
         return colored(out, self.finish)
 
     def _targets(
@@ -215,19 +207,6 @@ class Completion:
         np.add(weights * logs, (1 - weights) * model_logs, out=mixed, where=known)
         return np.where(weights == 1, logs, mixed)
 
-    def _tail(
-        self, first: np.ndarray, second: np.ndarray, target: np.ndarray
-    ) -> np.ndarray:
-        """Return late sound with the energies of the tiles."""
-        if isinstance(self.tail, EvenTail):
-            return self.tail.brought(first, second, self.tiles, target)
-        sound = self.tail(first, second)
-        brought = self.tiles.energies(sound)
-        # A bin that the direct sound cuts holds too little sound to be scaled.
-        least = 0.5 * np.median(brought, axis=-1, keepdims=True) + 1e-300
-        gains = np.sqrt(target / np.maximum(brought, least))
-        return self.tiles.gained(sound, gains)
-
     def as_arrays(self) -> dict[str, np.ndarray]:
         """Return everything as plain arrays, for a file."""
         model, regions = self.model, self.model.features.regions
@@ -243,7 +222,6 @@ class Completion:
             "spacing": np.array(model.features.spacing),
             "region_places": regions.places,
             "region_shares": regions.shares,
-            "region_boxes": regions.boxes,
             "speed_of_sound": np.array(model.speed_of_sound),
             "gate_gains": self.gate.gains,
             "gate_shares": self.gate.shares,
@@ -252,9 +230,7 @@ class Completion:
             "gate_trims": self.gate.trims,
             **prefixed("agreement", self.agreement.as_arrays()),
             "tail_seed": np.array(tail.seed),
-            "tail_center": tail.center,
-            "tail_spatial": np.array(isinstance(tail, SpatialTail)),
-            "tail_tint": tail.tint if isinstance(tail, EvenTail) else np.ones(1),
+            "tail_tint": tail.tint,
             "alarms": np.array(self.alarms, dtype=str),
             "finish": self.finish,
         }
@@ -263,9 +239,7 @@ class Completion:
     def from_arrays(cls, arrays: dict[str, np.ndarray]) -> "Completion":
         """Rebuild what :meth:`as_arrays` returned."""
         tiles = Tiles(float(arrays["sample_rate"]), int(arrays["n_samples"]))
-        regions = Regions(
-            arrays["region_places"], arrays["region_shares"], arrays["region_boxes"]
-        )
+        regions = Regions(arrays["region_places"], arrays["region_shares"])
         features = PlaceFeatures(arrays["bumps"], float(arrays["spacing"]), regions)
         maps = []
         for rates, level, shares in zip(
@@ -277,20 +251,14 @@ class Completion:
         model = EnergyModel(tuple(maps), arrays["profiles"], features, speed)
         gate = Gate(*(arrays[f"gate_{name}"] for name in _GATE))
         agreement = Agreement.from_arrays(part_of(arrays, "agreement"))
-        center, seed = arrays["tail_center"], int(arrays["tail_seed"])
-        spatial = bool(arrays["tail_spatial"])
-        tail = _tail(spatial, seed, center, tiles, speed)
-        if isinstance(tail, EvenTail):
-            tail = replace(tail, tint=arrays["tail_tint"])
+        seed, tint = int(arrays["tail_seed"]), arrays["tail_tint"]
+        tail = EvenTail(seed, *_timing(tiles, speed), tint)
         alarms = [str(one) for one in arrays["alarms"]]
         return cls(tiles, model, gate, tail, agreement, alarms, arrays["finish"])
 
 
-def _tail(
-    spatial: bool, seed: int, center: np.ndarray, tiles: Tiles, speed: float
-) -> SpatialTail | EvenTail:
-    shape = seed, center, tiles.sample_rate / speed, tiles.n_samples
-    return SpatialTail(*shape) if spatial else EvenTail(*shape, tiles.sample_rate)
+def _timing(tiles: Tiles, speed: float) -> tuple[float, int, float]:
+    return tiles.sample_rate / speed, tiles.n_samples, tiles.sample_rate
 
 
 def _padded(rows: list[np.ndarray], length: int) -> np.ndarray:

@@ -34,16 +34,12 @@ MIRRORED_S = 0.3
 class EvenTail:
     """Hold one even waveform that every pair gets after its direct sound.
 
-    The same at all places: symmetric and without jumps, but not spatial; use
-    `inverse.late.spatial_tail.Tail` where neighbouring listeners must differ.
+    The same at all places: symmetric and without jumps, but not spatial.
 
     Parameters
     ----------
     seed : int
         Of the first noise.
-    center : numpy.ndarray
-        Middle of the places, metres. This tail is the same everywhere and takes no
-        heed of it; it is kept so that either tail can be built from a stored field.
     samples_a_metre : float
         Sample rate over speed of sound.
     n_samples : int
@@ -55,17 +51,10 @@ class EvenTail:
     """
 
     seed: int
-    center: np.ndarray
     samples_a_metre: float
     n_samples: int
     sample_rate: float
     tint: np.ndarray = field(default_factory=lambda: np.ones(1))
-
-    def __call__(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-        """Return even sound between places, (rows, 3) each: (rows, n_samples)."""
-        onset = np.linalg.norm(first - second, axis=1) * self.samples_a_metre
-        sounding = np.arange(self.n_samples) >= onset[:, None]
-        return np.where(sounding, self._wave, 0.0)
 
     def brought(
         self, first: np.ndarray, second: np.ndarray, tiles: Tiles, energies: np.ndarray

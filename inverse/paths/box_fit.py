@@ -17,7 +17,7 @@ from inverse.paths.room import FRONT, GEOMETRY, BoxRoom
 from inverse.rows.fitset import FitSet
 from rir.arrays import FloatArray
 
-__all__ = ["BoxStep", "fit_room", "level_errors"]
+__all__ = ["BoxStep", "fit_room"]
 
 WALL = GEOMETRY + 6
 MOST_FACTOR = 1.0  # of reflection: a wall adds no energy
@@ -173,12 +173,6 @@ def _moved(room: BoxRoom, step: FloatArray) -> BoxRoom:
         walls=walls,
         emitting=room.emitting + step[WALL:],
     )
-
-
-def level_errors(truth: FloatArray, answer: FloatArray) -> FloatArray:
-    """Return the normalised squared error of each row, in decibels."""
-    power = np.maximum((truth**2).sum(axis=1), 1e-300)
-    return 10 * np.log10(((truth - answer) ** 2).sum(axis=1) / power + 1e-30)
 
 
 def fit_bank(

@@ -61,26 +61,15 @@ class Regions:
         Known places, shape (places, 3), metres.
     shares : numpy.ndarray
         Their shares, shape (places, regions); each row adds up to one.
-    boxes : numpy.ndarray
-        Low and high corners of rooms where the geometry is known, shape
-        (regions, 2, 3), metres; empty where it is not. A place inside a box has
-        its flag, any other that of the nearest box.
     """
 
     places: np.ndarray
     shares: np.ndarray
-    boxes: np.ndarray
 
     @classmethod
     def one(cls) -> "Regions":
         """Return the whole space as one region."""
-        return cls(np.zeros((1, 3)), np.ones((1, 1)), np.empty((0, 2, 3)))
-
-    @classmethod
-    def of_boxes(cls, boxes: np.ndarray) -> "Regions":
-        """Return regions that are boxes, shape (regions, 2, 3), metres."""
-        count = len(boxes)
-        return cls(boxes.mean(axis=1), np.eye(count), np.asarray(boxes, dtype=float))
+        return cls(np.zeros((1, 3)), np.ones((1, 1)))
 
     @property
     def count(self) -> int:
@@ -89,8 +78,6 @@ class Regions:
 
     def __call__(self, positions: np.ndarray) -> np.ndarray:
         """Return shares of regions, shape (places, regions)."""
-        if len(self.boxes):
-            return np.eye(len(self.boxes))[self._box_numbers(positions)]
         if len(self.places) == 1:
             return np.repeat(self.shares, len(positions), axis=0)
         bump = _closeness(positions, self.places)
@@ -109,11 +96,6 @@ class Regions:
     def numbers(self, positions: np.ndarray) -> np.ndarray:
         """Return the region each place belongs to most, shape (places,)."""
         return np.argmax(self(positions), axis=1)
-
-    def _box_numbers(self, positions: np.ndarray) -> np.ndarray:
-        low, high = self.boxes[:, 0], self.boxes[:, 1]
-        out = np.maximum(low - positions[:, None], positions[:, None] - high)
-        return np.argmin(np.linalg.norm(np.maximum(out, 0), axis=-1), axis=1)
 
 
 def sight_bits(
@@ -220,7 +202,7 @@ def find_regions(
         best, best_score = shares, score
     if best.shape[1] == 1:
         return Regions.one()
-    return Regions(places, best, np.empty((0, 2, 3)))
+    return Regions(places, best)
 
 
 def _closeness(first: np.ndarray, second: np.ndarray) -> np.ndarray:

@@ -8,9 +8,9 @@ from inverse.bands.band_fit import _moved, _sums, band_data
 from inverse.bands.half_octaves import HalfOctaves
 from inverse.find import room_in_rows
 from inverse.paths.bank import ideal_bank
-from inverse.paths.box_fit import level_errors
 from inverse.paths.room import OMNI, BoxRoom
 from inverse.rows.direct import read_direct
+from path_rooms import level_errors
 
 WALLS = np.array([0.9, 0.8, 0.85, 0.8, 0.7, 0.85])
 

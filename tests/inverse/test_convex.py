@@ -7,7 +7,6 @@ from numpy.testing import assert_allclose
 
 from inverse.find import room_in_rows
 from inverse.paths.bank import ideal_bank
-from inverse.paths.box_fit import level_errors
 from inverse.paths.mesh_room import MeshRoom
 from inverse.paths.polyhedron import Polyhedron
 from inverse.paths.room import OMNI
@@ -15,6 +14,7 @@ from inverse.rows.direct import read_direct
 from inverse.rows.fitset import FitSet, place_numbers
 from inverse.walls.convex import convex_room, try_convex
 from inverse.walls.scan import FoundPlane, scan_planes, scan_signals
+from path_rooms import level_errors
 from rir import Poses
 from rooms.mesh import MeshGeometry
 

@@ -8,7 +8,6 @@ from numpy.testing import assert_allclose
 
 from inverse.paths.bank import ideal_bank
 from inverse.paths.bent import bends, bent_sound
-from inverse.paths.box_fit import level_errors
 from inverse.paths.coloring import Coloring
 from inverse.paths.mesh_room import MeshRoom
 from inverse.paths.oriented_box import OrientedBox
@@ -25,6 +24,7 @@ from inverse.rows.pose_spread import pose_alarms
 from inverse.walls.cells import cut_cells, enclosed, label_cells, shape_of
 from inverse.walls.inner_walls import find_inner_walls
 from inverse.walls.outline import find_clues, find_outline, other_outlines
+from path_rooms import level_errors
 from rir import Poses
 from rooms.mesh import MeshGeometry
 

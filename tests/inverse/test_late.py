@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from inverse.late.features import PlaceFeatures
 from inverse.late.late_maps import chi_square_bias, fit_maps
 from inverse.late.slopes import common_rates, region_curves
-from inverse.rows.regions import Regions
+from path_rooms import BoxRegions
 
 ROOMS = np.array([[[0.0, 0, 0], [5, 4, 2.6]], [[5.0, 0, 0], [9, 4, 2.6]]])
 TIMES = 0.07 + 0.02 * np.arange(36)
@@ -35,7 +35,7 @@ def learned(seed=0, noise=False):
     truth = energies(emitters, listeners)
     if noise:
         truth = truth * np.random.default_rng(seed).gamma(8, 1 / 8, truth.shape)
-    regions = Regions.of_boxes(ROOMS)
+    regions = BoxRegions.of(ROOMS)
     curves = region_curves(truth, regions.numbers(emitters), regions.numbers(listeners))
     rates = common_rates(curves, TIMES)
     features = PlaceFeatures.of(np.vstack([emitters, listeners]), regions)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from inverse.find import room_in_rows
-from inverse.paths.box_fit import level_errors
 from inverse.paths.long_rows import reach_row_ends
+from path_rooms import level_errors
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,8 @@ import numpy as np
 
 from inverse.acoustics import Acoustics
 from inverse.find import room_in_rows, without_outliers
-from inverse.paths.box_fit import level_errors
 from inverse.rows.outlier_rows import outlier_rows
+from path_rooms import level_errors
 
 
 def mislabelled(rows, count, seed=3):

@@ -42,20 +42,12 @@ def test_hidden_at_random_is_no_region():
     assert find_regions(emitters, listeners, hidden).count == 1
 
 
-def test_known_boxes_are_exact():
-    boxes = np.array([[[0.0, 0, 0], [5, 4, 3]], [[5.0, 0, 0], [9, 4, 3]]])
-    regions = Regions.of_boxes(boxes)
-    assert_allclose(
-        regions(np.array([[4.99, 1, 1], [5.01, 1, 1], [12, 1, 1.0]]))[:, 0], [1, 0, 0]
-    )
-
-
 def test_a_few_wrong_flags_do_not_move_the_border():
     rng = np.random.default_rng(4)
     places = rng.uniform([0.3, 0.3, 1], [8.7, 3.7, 2], (60, 3))
     flags = (places[:, 0] > 5).astype(int)
     flags[:3] = 1 - flags[:3]
-    regions = Regions(places, np.eye(2)[flags], np.empty((0, 2, 3)))
+    regions = Regions(places, np.eye(2)[flags])
     assert ((places[:, 0] > 5) == regions.numbers(places)).mean() >= 59 / 60
 
 

@@ -8,8 +8,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 from inverse.acoustics import Acoustics
 from inverse.find import _room_alarms, room_in_rows
 from inverse.paths.bank import PulseBank, ideal_bank
-from inverse.paths.box_fit import BoxStep, _active, _sums, level_errors
+from inverse.paths.box_fit import BoxStep, _active, _sums
 from inverse.paths.room import OMNI, BoxRoom
+from path_rooms import level_errors
 
 WALLS = np.array([0.9, 0.8, 0.85, 0.8, 0.7, 0.85])
 
