@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from analysis.metrics.metric import AVR, RAF_NONE, Features, Flavour, Metric
-from analysis.metrics.table import METRICS
+from analysis.metrics.flavours import waveform_flavours
+from analysis.metrics.metric import Features, Metric
 from rir.arrays import FloatArray
 
 __all__ = ["AMPLITUDE"]
@@ -35,25 +35,15 @@ def compare_spectra_relatively(truth: Features, prediction: Features) -> FloatAr
         return np.asarray(np.mean(error / np.maximum(truth[0], floor), axis=-1))
 
 
-AMPLITUDE = METRICS.add("Amp")(
-    Metric(
-        symbol="Amp",
-        title="amplitude spectrum",
-        unit="1",
-        table_unit="",
-        table_factor=1.0,
-        decimals=2,
-        symmetric=False,
-        formula="mean over bins of |S - S'| / S, S = 32-bin sums of |FFT|",
-        flavours={
-            "paper": Flavour("paper-1", smooth_spectrum, compare_spectra, AVR),
-            "raf": Flavour("raf-1", smooth_spectrum, compare_spectra, RAF_NONE),
-            "robust": Flavour(
-                "robust-1",
-                smooth_spectrum,
-                compare_spectra_relatively,
-                "ours: as paper-1 with a floor 60 dB under the mean",
-            ),
-        },
-    )
+AMPLITUDE = Metric(
+    symbol="Amp",
+    title="amplitude spectrum",
+    unit="1",
+    formula="mean over bins of |S - S'| / S, S = 32-bin sums of |FFT|",
+    flavours=waveform_flavours(
+        smooth_spectrum,
+        compare_spectra,
+        compare_spectra_relatively,
+        "ours: as paper-1 with a floor 60 dB under the mean",
+    ),
 )

@@ -1,12 +1,9 @@
 """C50: absolute error of clarity."""
 
-from functools import partial
-
 import numpy as np
 
-from analysis.metrics.metric import AVR, ISO_3382, RAF, Features, Flavour, Metric
-from analysis.metrics.noise_freed import noise_freed
-from analysis.metrics.table import METRICS
+from analysis.metrics.flavours import parameter_flavours
+from analysis.metrics.metric import Features, Metric
 from rir.arrays import FloatArray
 
 __all__ = ["CLARITY"]
@@ -30,28 +27,12 @@ def raf_clarity(samples: FloatArray, sample_rate: int) -> Features:
     return (clarity_from_start(samples, int(0.05 * sample_rate + 1)),)
 
 
-def absolute_error(truth: Features, prediction: Features) -> FloatArray:
-    """Return |truth - prediction|."""
-    with np.errstate(invalid="ignore"):
-        return np.asarray(np.abs(truth[0] - prediction[0]))
-
-
-CLARITY = METRICS.add("C50")(
-    Metric(
-        symbol="C50",
-        title="clarity",
-        unit="dB",
-        table_unit="dB",
-        table_factor=1.0,
-        decimals=2,
-        symmetric=True,
-        formula="|C - C'|, C = 10 lg(energy before 50 ms / energy after)",
-        flavours={
-            "paper": Flavour("paper-1", paper_clarity, absolute_error, AVR),
-            "raf": Flavour("raf-1", raf_clarity, absolute_error, RAF),
-            "robust": Flavour(
-                "robust-1", partial(noise_freed, "C50"), absolute_error, ISO_3382
-            ),
-        },
-    )
+CLARITY = Metric(
+    symbol="C50",
+    title="clarity",
+    unit="dB",
+    table_unit="dB",
+    symmetric=True,
+    formula="|C - C'|, C = 10 lg(energy before 50 ms / energy after)",
+    flavours=parameter_flavours("C50", paper_clarity, raf_clarity),
 )

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from analysis.metrics.metric import AVR, RAF_NONE, Features, Flavour, Metric
-from analysis.metrics.table import METRICS
+from analysis.metrics.flavours import waveform_flavours
+from analysis.metrics.metric import Features, Metric
 from rir.arrays import FloatArray
 
 __all__ = ["ENVELOPE"]
@@ -37,25 +37,18 @@ def compare_envelopes_relatively(truth: Features, prediction: Features) -> Float
         return np.asarray(error / np.sum(truth[0], axis=-1))
 
 
-ENVELOPE = METRICS.add("Env")(
-    Metric(
-        symbol="Env",
-        title="envelope",
-        unit="1",
-        table_unit="%",
-        table_factor=100.0,
-        decimals=1,
-        symmetric=False,
-        formula="mean |e - e'| / max e, e = |analytic signal|",
-        flavours={
-            "paper": Flavour("paper-1", hilbert_envelope, compare_envelopes, AVR),
-            "raf": Flavour("raf-1", hilbert_envelope, compare_envelopes, RAF_NONE),
-            "robust": Flavour(
-                "robust-1",
-                hilbert_envelope,
-                compare_envelopes_relatively,
-                "ours: error over the sum of the envelope, whatever the length",
-            ),
-        },
-    )
+ENVELOPE = Metric(
+    symbol="Env",
+    title="envelope",
+    unit="1",
+    table_unit="%",
+    table_factor=100.0,
+    decimals=1,
+    formula="mean |e - e'| / max e, e = |analytic signal|",
+    flavours=waveform_flavours(
+        hilbert_envelope,
+        compare_envelopes,
+        compare_envelopes_relatively,
+        "ours: error over the sum of the envelope, whatever the length",
+    ),
 )

@@ -48,28 +48,30 @@ class Metric:
     ----------
     symbol, title : str
         Short name of tables ("C50") and a name for people ("clarity").
-    unit, table_unit : str
-        Unit of the values, and the unit the paper's tables print.
+    unit : str
+        Unit of the values.
+    formula : str
+        The formula in one line, for the methods section of a report.
+    flavours : Mapping of str to Flavour
+    table_unit : str
+        Unit the paper's tables print.
     table_factor : float
         Table value = value * table_factor.
     decimals : int
         Digits after the point in tables.
     symmetric : bool
         Whether swapping truth and prediction never changes the value.
-    formula : str
-        The formula in one line, for the methods section of a report.
-    flavours : Mapping of str to Flavour
     """
 
     symbol: str
     title: str
     unit: str
-    table_unit: str
-    table_factor: float
-    decimals: int
-    symmetric: bool
     formula: str
     flavours: Mapping[str, Flavour]
+    table_unit: str = ""
+    table_factor: float = 1.0
+    decimals: int = 2
+    symmetric: bool = False
 
     def flavour(self, name: str) -> Flavour:
         """Return a flavour by name; an unknown one lists those there are."""

@@ -5,9 +5,8 @@ from functools import partial
 import numpy as np
 
 from analysis.metrics.energy_curve import paper_energy_curve, plain_curves
+from analysis.metrics.flavours import noise_freed
 from analysis.metrics.metric import AVR, ISO_3382, RAF, Features, Flavour, Metric
-from analysis.metrics.noise_freed import noise_freed
-from analysis.metrics.table import METRICS
 from rir.arrays import FloatArray
 
 __all__ = ["REVERBERATION"]
@@ -81,25 +80,19 @@ def raf_error(truth: Features, prediction: Features) -> FloatArray:
     return np.where(np.isfinite(error), error, 1.0)
 
 
-REVERBERATION = METRICS.add("T60")(
-    Metric(
-        symbol="T60",
-        title="reverberation time",
-        unit="1",
-        table_unit="%",
-        table_factor=100.0,
-        decimals=1,
-        symmetric=False,
-        formula="|T - T'| / T, T = 3 x the fitted line's time from -5 to -25 dB",
-        flavours={
-            "paper": Flavour("paper-1", paper_reverberation_time, relative_error, AVR),
-            "raf": Flavour("raf-1", raf_reverberation_time, raf_error, RAF),
-            "robust": Flavour(
-                "robust-1",
-                partial(noise_freed, "T20"),
-                relative_error,
-                f"{ISO_3382}: T20",
-            ),
-        },
-    )
+REVERBERATION = Metric(
+    symbol="T60",
+    title="reverberation time",
+    unit="1",
+    table_unit="%",
+    table_factor=100.0,
+    decimals=1,
+    formula="|T - T'| / T, T = 3 x the fitted line's time from -5 to -25 dB",
+    flavours={
+        "paper": Flavour("paper-1", paper_reverberation_time, relative_error, AVR),
+        "raf": Flavour("raf-1", raf_reverberation_time, raf_error, RAF),
+        "robust": Flavour(
+            "robust-1", partial(noise_freed, "T20"), relative_error, f"{ISO_3382}: T20"
+        ),
+    },
 )

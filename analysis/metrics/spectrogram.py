@@ -3,7 +3,6 @@
 import numpy as np
 
 from analysis.metrics.metric import RAF, Features, Flavour, Metric
-from analysis.metrics.table import METRICS
 from rir.arrays import FloatArray
 
 __all__ = ["SPECTROGRAM", "magnitudes"]
@@ -110,34 +109,28 @@ def compare_spectrograms_relatively(
     return np.asarray(total / len(truth))
 
 
-SPECTROGRAM = METRICS.add("STFT")(
-    Metric(
-        symbol="STFT",
-        title="spectrogram",
-        unit="1",
-        table_unit="",
-        table_factor=1.0,
-        decimals=2,
-        symmetric=False,
-        formula=(
-            "mean over 3 resolutions of ||A-A'|| / ||A'|| + mean |ln A - ln A'|"
-            " + mean |A - A'|"
+SPECTROGRAM = Metric(
+    symbol="STFT",
+    title="spectrogram",
+    unit="1",
+    formula=(
+        "mean over 3 resolutions of ||A-A'|| / ||A'|| + mean |ln A - ln A'|"
+        " + mean |A - A'|"
+    ),
+    flavours={
+        "paper": Flavour(
+            "paper-1",
+            paper_spectrograms,
+            compare_spectrograms,
+            "Yamamoto et al. 2020, as evaluated with AVR (Lan et al. 2024)",
+            spectrogram_matrix,
         ),
-        flavours={
-            "paper": Flavour(
-                "paper-1",
-                paper_spectrograms,
-                compare_spectrograms,
-                "Yamamoto et al. 2020, as evaluated with AVR (Lan et al. 2024)",
-                spectrogram_matrix,
-            ),
-            "raf": Flavour("raf-1", raf_spectrogram, compare_log_spectrograms, RAF),
-            "robust": Flavour(
-                "robust-1",
-                robust_spectrograms,
-                compare_spectrograms_relatively,
-                "ours: as paper-1 relative to the truth, floor at -60 dB",
-            ),
-        },
-    )
+        "raf": Flavour("raf-1", raf_spectrogram, compare_log_spectrograms, RAF),
+        "robust": Flavour(
+            "robust-1",
+            robust_spectrograms,
+            compare_spectrograms_relatively,
+            "ours: as paper-1 relative to the truth, floor at -60 dB",
+        ),
+    },
 )
