@@ -41,7 +41,9 @@ def train(
     steps: Annotated[
         int | None, typer.Option(help="Stop after so many steps at the latest.")
     ] = None,
-    seed: Annotated[int, typer.Option(help="Seed of split, weights, batches.")] = 0,
+    seed: Annotated[
+        int, typer.Option(min=0, help="Seed of split, weights, batches.")
+    ] = 0,
     out: Annotated[
         Path | None, typer.Option(help="Run folder; runs/<name> by default.")
     ] = None,

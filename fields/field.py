@@ -109,8 +109,10 @@ def load_field(path: str | Path) -> Field:
         raise
     # Unpicklers answer a wrong file with errors of every kind.
     except Exception as error:
+        # Torch follows its reason by advice, of which some would run foreign code.
+        reason = str(error).partition(". ")[0].partition("\n")[0]
         raise TrainingError(
-            f"{file} is no stored field ({type(error).__name__}: {error})"
+            f"{file} is no stored field ({type(error).__name__}: {reason})"
         ) from error
     return FIELDS[name].load_module().load(file)
 

@@ -61,9 +61,11 @@ def find_and_report(request: RoomRequest) -> Acoustics:
     ConfigError
         If a number asked for makes no sense.
     """
-    for name, value in (("reach", request.reach_s), ("pose error", request.pose_sd_m)):
-        if not 0 <= value < np.inf or (name == "reach" and value == 0):
-            raise ConfigError(f"--{name.replace(' ', '-')} {value:g} is no {name}")
+    if not 0 < request.reach_s < np.inf:
+        raise ConfigError(f"--reach {request.reach_s:g} must be above 0 s, as 0.12")
+    if not 0 <= request.pose_sd_m < np.inf:
+        sd_mm = 1000 * request.pose_sd_m
+        raise ConfigError(f"--pose-error {sd_mm:g} must not be below 0 mm; 0: exact")
     console = make_console()
     dataset = request.dataset()
     shape = None if request.drawn is None else Polyhedron.load(request.drawn)

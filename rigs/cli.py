@@ -255,7 +255,7 @@ def survey(
 def self_test(
     file: File,
     count: Annotated[int, typer.Option(help="Random poses to visit.", min=1)] = 10,
-    seed: Annotated[int, typer.Option(help="Of the poses.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Of the poses.")] = 0,
     yes: Yes = False,
 ) -> None:
     """Home, visit random poses, come back, and check that nothing was lost."""

@@ -66,8 +66,9 @@ def make_console() -> "Console":
 def run(app: "typer.Typer", argv: Sequence[str] | None = None, prog: str = "") -> int:
     """Run a typer application and return its exit code.
 
-    0 done, 1 a known error (told in one line on standard error), 2 wrong usage,
-    130 interrupted. An error nobody foresaw keeps its traceback.
+    0 done, 1 a known error or a file that cannot be used (told in one line on
+    standard error), 2 wrong usage, 130 interrupted. An error nobody foresaw keeps its
+    traceback.
 
     Parameters
     ----------
@@ -97,6 +98,13 @@ def run(app: "typer.Typer", argv: Sequence[str] | None = None, prog: str = "") -
         # The reader of our output has gone; keep Python from complaining at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return EXIT_ERROR
+    except OSError as error:
+        if error.filename is None:
+            raise
+        # Of a file that is moved, the place it goes to is the second.
+        path = error.filename2 or error.filename
+        told = f"{prog}: cannot use {path}: {error.strerror}; choose another path"
+        return _tell(told, EXIT_ERROR)
     except Exception as error:
         return _end(error, prog)
     # Some versions of typer answer Ctrl-C with this code instead of raising.
@@ -160,10 +168,18 @@ class _Ended(Protocol):
 
 
 @runtime_checkable
+class _Called(Protocol):
+    """The command that was called, in any click's words."""
+
+    command_path: str
+
+
+@runtime_checkable
 class _Misused(Protocol):
     """A mistake in the options, in any click's words."""
 
     exit_code: int
+    ctx: _Called | None
 
     def format_message(self) -> str:
         """Return what was wrong."""
@@ -180,8 +196,9 @@ def _end(error: Exception, prog: str) -> int:
         case "NoArgsIsHelpError", _:
             return _tell(str(error), EXIT_USAGE)
         case _, _Misused():
-            told = error.format_message()
-            return _tell(f"{prog}: {told} (see {prog} --help)", EXIT_USAGE)
+            told, called = error.format_message(), error.ctx
+            page = called.command_path if called else prog
+            return _tell(f"{prog}: {told} (see {page} --help)", EXIT_USAGE)
     raise error
 
 

@@ -39,8 +39,9 @@ class Extension:
         """
         try:
             thing = self.point.load()
-        # A package of others may fail in any way, and must not take us with it.
-        except Exception as error:
+        # A package of others may fail in any way, even end the program as a script
+        # does, and must not take us with it.
+        except (Exception, SystemExit) as error:
             cause = " ".join(f"{type(error).__name__}: {error}".split())
             raise ExtensionError(f"{self.label} cannot be loaded: {cause}") from error
         if of is not None and not isinstance(thing, of):

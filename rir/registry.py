@@ -123,14 +123,18 @@ class Registry(Mapping[str, T], Generic[T]):
                 if one.name not in self._things:
                     self._found.setdefault(one.name, []).append(one)
                 elif not self._is_entered(one):
-                    reason = f"resounding has a {self.kind} of that name"
+                    reason = "the name belongs to resounding itself"
                     self._leave_out(one.name, f"{one.label}: {reason}")
         return self._found
 
     def _is_entered(self, one: Extension) -> bool:
         """Say whether the thing has entered itself, as ours do."""
-        imported = one.point.module in sys.modules
-        return imported and one.load() is self._things[one.name]
+        if one.point.module not in sys.modules:
+            return False
+        try:
+            return one.load() is self._things[one.name]
+        except ExtensionError:
+            return False
 
     def _leave_out(self, name: str, reason: str) -> None:
         self._left_out.add(name)

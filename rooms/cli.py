@@ -79,7 +79,7 @@ def simulate_room(
         bool,
         typer.Option("--parameters", help="Show T30, EDT, C50, C80, D50, TS, G."),
     ] = False,
-    seed: Annotated[int, typer.Option(help="Key of everything random.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Key of everything random.")] = 0,
     out: Annotated[
         Path | None,
         typer.Option(help="Write a data set (.h5), arrays (.npz) or audio (.wav)."),

@@ -31,7 +31,7 @@ def make_dataset(
     fewer: Annotated[int, typer.Option(help="Keep every n-th listener.")] = 1,
     order: Annotated[int | None, typer.Option(help="Highest reflection order.")] = None,
     rays: Annotated[int | None, typer.Option(help="Rays per pair.")] = None,
-    seed: Annotated[int, typer.Option(help="Key of everything random.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Key of everything random.")] = 0,
     workers: Annotated[int, typer.Option(help="Processes on this machine.")] = 1,
     scheduler: Annotated[
         str | None, typer.Option(help="Address of a Dask scheduler to work on.")

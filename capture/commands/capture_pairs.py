@@ -33,7 +33,7 @@ app.command("cost")(with_options(show_cost, without=REAL))
 
 
 class SessionCommands(TyperGroup):
-    """SessionCommands with names, beside measuring, which needs none."""
+    """Commands with names, beside measuring, which needs none."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Return the command of a word; say what there is if the word is none."""
@@ -73,7 +73,7 @@ def capture_pairs(
     """Measure, or do what an alias of a command says."""
     name = context.invoked_subcommand
     for flag in (*given(session), *given(running), *given(aliases)) if name else ():
-        raise Misuse(f"{flag} stands before {name}: write capture-pairs {name} {flag}")
+        raise Misuse(f"{flag} stands before {name}: options follow the command")
     if name:
         return
     chosen = _chosen(session, running, aliases)

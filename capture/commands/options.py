@@ -60,7 +60,7 @@ class SessionOptions:
     room: str | None = option("kitchen, conference, office, or a room file.")
     pairs: str | None = option("How many pairs to draw (20), or a YAML file of pairs.")
     takes: int | None = option("Good takes per direction (1).", sets="takes", min=1)
-    seed: int | None = option("Seed of everything drawn at random (0).")
+    seed: int | None = option("Seed of everything drawn at random (0).", min=0)
     clearance: float | None = option("Kept to walls and furniture [m] (0.5).")
     apart: float | None = option("Least distance within a pair [m] (1).")
     sweep_seconds: float | None = option(

@@ -57,6 +57,45 @@ def test_every_help_is_plain_and_keeps_what_stands_in_brackets(
                 assert unit in shown
 
 
+@pytest.mark.parametrize("name", SCRIPTS)
+def test_a_mistake_names_the_page_of_help_of_its_command(
+    name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    main, app = load(SCRIPTS[name])
+    for words, _ in helps(typer.main.get_command(app), []):
+        assert main([*words, "--nonsense"]) == 2
+        shown = capsys.readouterr().err
+        assert shown.endswith(f"(see {' '.join([name, *words])} --help)\n")
+
+
+@pytest.mark.parametrize("name", SCRIPTS)
+def test_no_command_takes_a_negative_seed(
+    name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    main, app = load(SCRIPTS[name])
+    for words, command in helps(typer.main.get_command(app), []):
+        if "seed" in {parameter.name for parameter in command.params}:
+            assert main([*words, "--seed", "-1"]) == 2
+            assert "Invalid value for '--seed'" in capsys.readouterr().err
+
+
+def test_a_path_that_cannot_be_used_is_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    taken = tmp_path / "taken"
+    taken.write_text("")
+    app = make_app()
+
+    @app.command()
+    def act() -> None:
+        """Make a folder below a file."""
+        (taken / "below").mkdir()
+
+    assert run(app, [], "act") == 1
+    told = f"act: cannot use {taken / 'below'}: Not a directory; choose another path\n"
+    assert capsys.readouterr().err == told
+
+
 def test_help_and_tables_keep_units(capsys: pytest.CaptureFixture[str]) -> None:
     app = make_app()
 

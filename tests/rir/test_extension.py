@@ -84,7 +84,21 @@ def test_a_name_that_is_taken_stays_whose_it_was(
     assert dict(numbers) == {"one": 1}
     (record,) = caplog.records
     assert "'one' of lab-thief 1.2 (lab_thief:ONE)" in record.getMessage()
-    assert "resounding has a number of that name" in record.getMessage()
+    assert "the name belongs to resounding itself" in record.getMessage()
+
+
+def test_a_taken_name_may_lead_nowhere(install: Install) -> None:
+    install("lab-loaded", "", one="GONE")
+    __import__("lab_loaded")
+    assert dict(table()) == {"one": 1}
+
+
+def test_a_module_that_ends_the_program_is_left_out(install: Install) -> None:
+    install("lab-script", "raise SystemExit(3)", two="TWO")
+    numbers = table()
+    assert list(numbers) == ["one"]
+    with pytest.raises(ExtensionError, match="cannot be loaded: SystemExit: 3"):
+        numbers["two"]
 
 
 def test_two_packages_cannot_share_a_name(install: Install) -> None:
