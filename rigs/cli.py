@@ -1,6 +1,7 @@
 """The command ``rig``."""
 
 from collections.abc import Sequence
+from contextlib import closing
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -109,39 +110,30 @@ def kinds() -> None:
 def connect(file: File) -> None:
     """Connect, read the controllers, and say what they are; move nothing."""
     console = make_console()
-    carriers = _open(file)
-    try:
+    with closing(_open(file)) as carriers:
         for rig in carriers.rigs:
             rig.connect()
         _show(console, carriers)
         console.print_json(data=carriers.describe())
-    finally:
-        carriers.close()
 
 
 @app.command()
 def home(file: File, yes: Yes = False) -> None:
     """Find the references."""
-    carriers = _open(file, yes=yes)
-    try:
+    with closing(_open(file, yes=yes)) as carriers:
         _home(carriers, yes=yes)
         _show(make_console(), carriers)
-    finally:
-        carriers.close()
 
 
 @app.command()
 def confirm(file: File, yes: Yes = False) -> None:
     """Visit the reference switches and find out whether steps were lost."""
     console = make_console()
-    carriers = _open(file, yes=yes)
-    try:
+    with closing(_open(file, yes=yes)) as carriers:
         _home(carriers, yes=yes)
         for rig, drift in zip(carriers.rigs, carriers.confirm(), strict=True):
             known = f"{1e6 * drift:.0f} µm" if drift == drift else "cannot be told"
             console.out(f"{rig.name}: drift {known}")
-    finally:
-        carriers.close()
 
 
 @app.command()
@@ -150,14 +142,11 @@ def where(file: File) -> None:
     from rigs.operation.planview import coloured, plan_of
 
     console = make_console()
-    carriers = _open(file)
-    try:
+    with closing(_open(file)) as carriers:
         for rig in carriers.rigs:
             rig.connect()
         _show(console, carriers)
         console.print(coloured(plan_of(carriers)))
-    finally:
-        carriers.close()
 
 
 @app.command()
@@ -175,8 +164,7 @@ def move(
 
     goal = _pose(emitter), _pose(listener)
     console = make_console()
-    carriers = _open(file, yes=yes)
-    try:
+    with closing(_open(file, yes=yes)) as carriers:
         carriers.check(*goal)
         if dry_run:
             console.print(coloured(plan_of(carriers, [goal])))
@@ -185,8 +173,6 @@ def move(
         carriers.place(*goal)
         _show(console, carriers)
         console.print(coloured(plan_of(carriers)))
-    finally:
-        carriers.close()
 
 
 @app.command()
@@ -199,8 +185,7 @@ def order(
     from rigs.rigfile import load_pairs
 
     console = make_console()
-    carriers = _open(file)
-    try:
+    with closing(_open(file)) as carriers:
         listed = load_pairs(pairs)
         visits = carriers.order(listed)
         for k, swapped in zip(visits.order, visits.swapped, strict=True):
@@ -208,8 +193,6 @@ def order(
             console.out(f"pair {k + 1}: emitter first at {a}, listener at {b}")
         console.out(f"travel of both carriers: {visits.travel:.2f} m")
         console.print(coloured(plan_of(carriers, listed)))
-    finally:
-        carriers.close()
 
 
 @app.command()
@@ -222,12 +205,9 @@ def jog(
     """Move one carrier by the arrow keys; page up and down for z, q to leave."""
     from rigs.operation.jogging import jog_by_keys
 
-    carriers = _open(file, yes=yes)
-    try:
+    with closing(_open(file, yes=yes)) as carriers:
         _home(carriers, yes=yes)
         jog_by_keys(_rig(carriers, carrier), step / 1000.0, make_console().out)
-    finally:
-        carriers.close()
 
 
 @app.command()
@@ -262,13 +242,10 @@ def self_test(
     from rigs.operation.selftest import visit_random_poses
 
     console = make_console()
-    carriers = _open(file, yes=yes)
-    try:
+    with closing(_open(file, yes=yes)) as carriers:
         _home(carriers, yes=yes)
         worst = visit_random_poses(carriers, count, seed, console.out)
         console.out(f"passed: {count} poses, largest error {1e6 * worst:.0f} µm")
-    finally:
-        carriers.close()
 
 
 @app.command()
@@ -281,12 +258,10 @@ def simulate(
     from rigs.kinds.grbl import USUAL_SETTINGS
     from rigs.lines.terminal import PseudoTerminal
 
-    terminal = PseudoTerminal(GrblFirmware(USUAL_SETTINGS), FastClock(rate))
-    make_console().out(f"SIMULATED Grbl 1.1h at {terminal.port}; Ctrl-C ends it")
-    try:
+    firmware = GrblFirmware(USUAL_SETTINGS)
+    with closing(PseudoTerminal(firmware, FastClock(rate))) as terminal:
+        make_console().out(f"SIMULATED Grbl 1.1h at {terminal.port}; Ctrl-C ends it")
         terminal.wait()
-    finally:
-        terminal.close()
 
 
 def main(argv: Sequence[str] | None = None) -> Any:
