@@ -23,8 +23,9 @@ def precedes(a, b):
 
 
 @njit(cache=True, nogil=True)
-def face_at(x, y, z, first, last, faces, rims, slack):
-    """Return the triangle of a panel that holds a point of its plane, or -1."""
+def face_at(points, k, first, last, faces, rims, slack):
+    """Return the triangle of a panel that holds point k of its plane, or -1."""
+    x, y, z = points[k, 0], points[k, 1], points[k, 2]
     for i in range(first, last):
         face = faces[i]
         inside = True
@@ -44,13 +45,14 @@ def face_at(x, y, z, first, last, faces, rims, slack):
 
 
 @njit(cache=True, nogil=True)
-def blocked_by(
-    ax, ay, az, bx, by, bz, skip_one, skip_other, blockers, of_face, rims, planes, slack
-):
-    """Tell whether a triangle of the list stands between two points.
+def blocked_by(points, k, skip_one, skip_other, blocking, rims, slack):
+    """Tell whether a triangle of the list stands between point k and the next.
 
     Panels on which the segment ends are left out.
     """
+    blockers, of_face, planes = blocking
+    ax, ay, az = points[k, 0], points[k, 1], points[k, 2]
+    bx, by, bz = points[k + 1, 0], points[k + 1, 1], points[k + 1, 2]
     dx, dy, dz = bx - ax, by - ay, bz - az
     span = np.sqrt(dx * dx + dy * dy + dz * dz)
     if span <= 2.0 * slack:
@@ -58,14 +60,14 @@ def blocked_by(
     end = slack / span
     for face in blockers:
         nx, ny, nz = planes[face, 0], planes[face, 1], planes[face, 2]
-        start = nx * ax + ny * ay + nz * az - planes[face, 3]
-        stop = nx * bx + ny * by + nz * bz - planes[face, 3]
-        if (start > 0.0) == (stop > 0.0):
+        above = nx * ax + ny * ay + nz * az - planes[face, 3]
+        beyond = nx * bx + ny * by + nz * bz - planes[face, 3]
+        if (above > 0.0) == (beyond > 0.0):
             continue
         panel = of_face[face]
         if panel in (skip_one, skip_other):
             continue
-        part = start / (start - stop)
+        part = above / (above - beyond)
         if part <= end or part >= 1.0 - end:
             continue
         x, y, z = ax + part * dx, ay + part * dy, az + part * dz
@@ -84,25 +86,12 @@ def blocked_by(
 
 
 @njit(cache=True, nogil=True)
-def follow(
-    sequences,
-    row,
-    order,
-    backwards,
-    normal,
-    offset,
-    face_start,
-    members,
-    rims,
-    slack,
-    images,
-    hits,
-    faces,
-):
+def follow(sequences, row, order, backwards, panels, slack, images, hits, faces):
     """Write the reflection points of one sequence; tell whether they all exist.
 
     The ends stand in ``hits[0]`` and ``hits[order + 1]``.
     """
+    normal, offset, face_start, members, rims = panels
     for axis in range(3):
         images[0, axis] = hits[0, axis]
     for k in range(order):
@@ -128,16 +117,8 @@ def follow(
         for axis in range(3):
             step = images[k, axis] - hits[k + 1, axis]
             hits[k, axis] = hits[k + 1, axis] + part * step
-        face = face_at(
-            hits[k, 0],
-            hits[k, 1],
-            hits[k, 2],
-            face_start[p],
-            face_start[p + 1],
-            members,
-            rims,
-            slack,
-        )
+        first, last = face_start[p], face_start[p + 1]
+        face = face_at(hits, k, first, last, members, rims, slack)
         if face < 0:
             return False
         faces[k - 1] = face
@@ -153,12 +134,11 @@ def validate(
     `panels` is (normal, offset, face_start, faces, rims), `blocking` is (blockers,
     of_face, planes), `out` is (length, departure, arrival, faces, image).
     """
-    normal, offset, face_start, members, rims = panels
-    blockers, of_face, planes = blocking
+    rims, of_face = panels[4], blocking[1]
     nodes, children, packs, holders = tree
     length, departure, arrival, out_faces, image = out
     deepest = sequences.shape[1]
-    few = len(blockers) <= LIST
+    few = len(blocking[0]) <= LIST
     stack, near = np.empty(DEPTH, dtype=np.int64), np.empty(16, dtype=np.float32)
     distance = np.empty(8 * FEW)
     images, hits = np.empty((deepest + 1, 3)), np.empty((deepest + 2, 3))
@@ -173,42 +153,14 @@ def validate(
         for axis in range(3):
             hits[0, axis] = listeners[i, axis] if back else emitter[axis]
             hits[order + 1, axis] = emitter[axis] if back else listeners[i, axis]
-        if not follow(
-            sequences,
-            c,
-            order,
-            back,
-            normal,
-            offset,
-            face_start,
-            members,
-            rims,
-            slack,
-            images,
-            hits,
-            faces,
-        ):
+        if not follow(sequences, c, order, back, panels, slack, images, hits, faces):
             continue
         free = True
         for k in range(order + 1):
             one = of_face[faces[k - 1]] if k > 0 else -1
             other = of_face[faces[k]] if k < order else -1
             if few:
-                free = not blocked_by(
-                    hits[k, 0],
-                    hits[k, 1],
-                    hits[k, 2],
-                    hits[k + 1, 0],
-                    hits[k + 1, 1],
-                    hits[k + 1, 2],
-                    one,
-                    other,
-                    blockers,
-                    of_face,
-                    rims,
-                    planes,
-                    slack,
-                )
+                free = not blocked_by(hits, k, one, other, blocking, rims, slack)
             else:
                 free = is_free(
                     nodes,

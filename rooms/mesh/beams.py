@@ -41,18 +41,24 @@ def clip(polygon, count, nx, ny, nz, offset, slack, out):
     return kept
 
 
+@njit(cache=True, nogil=True, inline="always")
+def to_middle(image, polygon, count):
+    """Return the way from an image to the mean of a polygon's corners."""
+    mx, my, mz = 0.0, 0.0, 0.0
+    for i in range(count):
+        mx += polygon[i, 0]
+        my += polygon[i, 1]
+        mz += polygon[i, 2]
+    return mx / count - image[0], my / count - image[1], mz / count - image[2]
+
+
 @njit(cache=True, nogil=True)
 def bound(image, polygon, count, plane, planes):
     """Write the half-spaces of the beam from an image through a polygon.
 
     The first is the panel's own plane, whose far side is where the sound goes on.
     """
-    mx, my, mz = 0.0, 0.0, 0.0
-    for i in range(count):
-        mx += polygon[i, 0]
-        my += polygon[i, 1]
-        mz += polygon[i, 2]
-    mx, my, mz = mx / count - image[0], my / count - image[1], mz / count - image[2]
+    mx, my, mz = to_middle(image, polygon, count)
     planes[0] = plane
     used = 1
     ax = polygon[count - 1, 0] - image[0]
@@ -80,12 +86,7 @@ def bound(image, polygon, count, plane, planes):
 @njit(cache=True, nogil=True)
 def nearest_square(image, polygon, count):
     """Return a lower bound of the squared distance from an image to a polygon."""
-    mx, my, mz = 0.0, 0.0, 0.0
-    for i in range(count):
-        mx += polygon[i, 0]
-        my += polygon[i, 1]
-        mz += polygon[i, 2]
-    mx, my, mz = mx / count - image[0], my / count - image[1], mz / count - image[2]
+    mx, my, mz = to_middle(image, polygon, count)
     size = np.sqrt(mx * mx + my * my + mz * mz)
     if size == 0.0:
         return 0.0
