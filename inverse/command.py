@@ -37,13 +37,15 @@ class RoomRequest:
 
     def dataset(self) -> Dataset:
         """Open what was asked for; a file of another tool by its ending."""
-        from rir.files import FORMATS
+        from rir.files import FORMATS, is_simulated
 
         path = Path(self.sessions[0])
         for kind in FORMATS.values():
             if kind.suffix and kind.suits(path) and len(self.sessions) == 1:
                 return kind.read(path, self.simulated)
-        return Dataset.open(*self.sessions)
+        dataset = Dataset.open(*self.sessions)
+        is_simulated(self.simulated, {"simulated": dataset.simulated}, path)
+        return dataset
 
     def folder(self) -> Path:
         """Return the folder to write to."""
@@ -70,6 +72,8 @@ def find_and_report(request: RoomRequest) -> Acoustics:
     dataset = request.dataset()
     shape = None if request.drawn is None else Polyhedron.load(request.drawn)
     longest = CUT * request.reach_s
+    folder = request.folder()
+    folder.mkdir(parents=True, exist_ok=True)
     with console.status("reading") as status:
         if request.quiet:
             status.stop()
@@ -102,7 +106,7 @@ def find_and_report(request: RoomRequest) -> Acoustics:
         console.out(f"their paths explain {part:.0f} % of the energy")
     for alarm in plan.alarms:
         console.out(f"! {alarm}")
-    written = _write(request.folder(), plan, acoustics)
+    written = [*plan.write(folder), acoustics.save(folder / "room.npz")]
     console.out("wrote " + ", ".join(str(path) for path in written))
     return acoustics
 
@@ -125,8 +129,3 @@ def _table(plan: GroundPlan) -> "Table":
             f"{wall.reflection:.2f}",
         )
     return table
-
-
-def _write(folder: Path, plan: GroundPlan, acoustics: Acoustics) -> list[Path]:
-    folder.mkdir(parents=True, exist_ok=True)
-    return [*plan.write(folder), acoustics.save(folder / "room.npz")]

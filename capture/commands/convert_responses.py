@@ -88,11 +88,13 @@ def recognize(path: Path) -> str:
 
 def _read(path: Path, name: str | None, simulated: bool | None) -> "Dataset":
     from rir import Dataset
-    from rir.files import FORMATS
+    from rir.files import FORMATS, is_simulated
 
     name = name or recognize(path)
     if name == "dataset":
-        return Dataset.open(path)
+        dataset = Dataset.open(path)
+        is_simulated(simulated, {"simulated": dataset.simulated}, path)
+        return dataset
     return FORMATS[name].read(path, simulated)
 
 

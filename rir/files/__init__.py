@@ -4,6 +4,6 @@ One file a format; those that hold whole data sets stand in `FORMATS`.
 """
 
 from rir.files import meshrir, npz, sofa, wav  # noqa: F401 (enter the table)
-from rir.files.table import FORMATS, Format
+from rir.files.table import FORMATS, Format, is_simulated
 
-__all__ = ["FORMATS", "Format"]
+__all__ = ["FORMATS", "Format", "is_simulated"]

@@ -67,16 +67,18 @@ def is_simulated(said: bool | None, about: dict[str, Any], path: Path) -> bool:
     Raises
     ------
     DatasetError
-        If neither the caller nor the files say.
+        If neither the caller nor the files say, or the caller contradicts the files.
     """
-    if said is not None:
-        return said
-    if "simulated" not in about:
+    written = about.get("simulated", said)
+    if written is None:
         raise DatasetError(
             f"{path} does not say whether its responses were measured; "
             "give --measured or --simulated"
         )
-    return bool(about["simulated"])
+    if said not in (None, bool(written)):
+        mark, flag = ("SIMULATED", "measured") if written else ("MEASURED", "simulated")
+        raise DatasetError(f"{path} says {mark}: leave out --{flag}")
+    return bool(written)
 
 
 def labels(dataset: Dataset) -> dict[str, np.ndarray]:

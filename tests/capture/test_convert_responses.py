@@ -110,6 +110,18 @@ def test_nobody_guesses_whether_responses_were_measured(
     assert FORMATS[name].read(tmp_path / "x", True).simulated
 
 
+@pytest.mark.parametrize("name", ["dataset.h5", "x.sofa"])
+def test_nobody_overrules_what_a_file_says(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    make_pairs().save(tmp_path / "dataset.h5")
+    FORMATS["sofa"].write(make_pairs(), tmp_path / "x.sofa")
+    source, target = tmp_path / name, tmp_path / "other.h5"
+    assert main([str(source), str(target), "--measured"]) == 1
+    assert f"{source} says SIMULATED: leave out --measured" in capsys.readouterr().err
+    assert not target.exists()
+
+
 def test_missing_columns_are_told_together(tmp_path: Path) -> None:
     (tmp_path / "poses.csv").write_text("file,emitter_x,emitter_y\na.wav,1,2\n")
     with pytest.raises(DatasetError, match="emitter_z, listener_x, listener_y"):

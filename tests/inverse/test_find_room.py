@@ -64,8 +64,20 @@ def test_a_sofa_file_is_read_and_its_mark_never_guessed(file, tmp_path, capsys):
     sofa = tmp_path / "few.sofa"
     FORMATS["sofa"].write(Dataset.open(file).subset(np.arange(4)), sofa)
     out = ["--out", str(tmp_path / "out"), "--quiet"]
-    assert main([str(sofa), *out, "--measured"]) == 0
-    assert "MEASURED data: 4 responses" in capsys.readouterr().out
+    assert main([str(sofa), *out]) == 0
+    assert "SIMULATED data: 4 responses" in capsys.readouterr().out
+    for source in (sofa, file):
+        assert main([str(source), *out, "--measured"]) == 1
+        told = f"{source} says SIMULATED: leave out --measured"
+        assert told in capsys.readouterr().err
+
+
+def test_a_folder_that_cannot_be_made_is_told_before_the_search(file, tmp_path, capsys):
+    (tmp_path / "taken").write_text("")
+    assert main([str(file), "--out", str(tmp_path / "taken"), "--quiet"]) == 1
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert "cannot use" in told.err
 
 
 def test_what_cannot_be_used_is_told_in_one_line(file, tmp_path, capsys):

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from rir import Dataset, DatasetError
-from rir.files import Format
+from rir.files import Format, is_simulated
 
 
 def write_text(dataset: Dataset, path: Path) -> None:
@@ -28,7 +28,7 @@ def read_text(path: Path, simulated: bool | None) -> Dataset:
         rows[:, :3],
         rows[:, 3:6],
         sample_rate=int(rate),
-        simulated=mark == "SIMULATED" if simulated is None else simulated,
+        simulated=is_simulated(simulated, {"simulated": mark == "SIMULATED"}, path),
     )
 
 
