@@ -96,7 +96,8 @@ def _refuses(rig: Rig) -> None:
         # A person sees the way and walks round the table.
         return
     past = [Pose.at(1.5, 0.4, 1.0)]
-    refusal((OutOfReachError, RigError), lambda: rig.move(INSIDE, via=past))
+    beyond = Pose.at(0.6, 0.4, 1.0)
+    refusal((OutOfReachError, RigError), lambda: rig.move(beyond, via=past))
     _is_at(rig.where(), "a bad way-point is refused before anything moves")
 
 

@@ -95,13 +95,20 @@ def validate(data: Any, model: type[ConfigT], *, origin: str) -> ConfigT:
 
 def _describe(problem: Any, model: type[BaseModel]) -> str:
     path = ".".join(str(part) for part in problem["loc"]) or "(whole file)"
+    if problem["type"] == "model_type":
+        sort = type(problem["input"]).__name__
+        return f"{path}: should hold keys and values, not a {sort}"
+    if problem["type"] == "union_tag_invalid":
+        tag, known = problem["ctx"]["tag"], problem["ctx"]["expected_tags"]
+        return f"{path}: no kind {tag!r}; known: {known.replace(chr(39), '')}"
     if problem["type"] != "extra_forbidden":
         given = problem.get("input")
         shown = f" (got {given!r})" if isinstance(given, str | int | float) else ""
         return f"{path}: {problem['msg']}{shown}"
     known = _keys_at(model, problem["loc"][:-1])
     near = get_close_matches(str(problem["loc"][-1]), known, n=1)
-    hint = f" (did you mean {near[0]!r}?)" if near else f"; known: {', '.join(known)}"
+    hint = f" (did you mean {near[0]!r}?)" if near else ""
+    hint = hint or (f"; known: {', '.join(known)}" if known else "")
     return f"{path}: unknown key{hint}"
 
 

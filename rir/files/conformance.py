@@ -5,8 +5,8 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from rir import Dataset, Poses
-from rir.conformance import promise
+from rir import Dataset, DatasetError, Poses
+from rir.conformance import promise, refusal
 from rir.files import FORMATS
 
 __all__ = ["check_format", "example_path"]
@@ -33,6 +33,7 @@ def check_format(name: str) -> None:
         kind.write(dataset, path)
         promise(kind.suits(path), f"{name} recognises what it has written")
         again = kind.read(path, None)
+        refusal(DatasetError, lambda: kind.read(path, True))
     np.testing.assert_array_equal(
         again.responses[:],
         dataset.responses[:],

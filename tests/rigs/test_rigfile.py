@@ -47,3 +47,20 @@ def test_all_mistakes_are_told_at_once(write):
     )
     with pytest.raises(ConfigError, match=r"(?s)setle_s.*'simulatd'"):
         load_rig(write(text))
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("- 1\n- 2\n", "(whole file): should hold keys and values, not a list"),
+        (
+            "name: x\nemitter: {kind: sledge}\nlistener: {kind: manual}\n",
+            "emitter: no kind 'sledge'; known: grbl, marlin,",
+        ),
+    ],
+)
+def test_what_a_rig_file_is_not_is_said_in_plain_words(write, text, told):
+    with pytest.raises(ConfigError) as refused:
+        load_rig(write(text))
+    assert told in str(refused.value)
+    assert "Input" not in str(refused.value)
