@@ -11,6 +11,7 @@ from rir.command import make_app, make_console, run
 __all__ = ["app", "main"]
 
 app = make_app("Analyse impulse responses and their reciprocity.")
+Seed = Annotated[int, typer.Option(min=0, help="Seed of the bootstrap.")]
 
 
 @app.command()
@@ -32,7 +33,7 @@ def report(
     figures: Annotated[
         bool, typer.Option(help="Also write SVG and PNG files.")
     ] = False,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the bootstrap.")] = 0,
+    seed: Seed = 0,
 ) -> None:
     """Compare paired and un-paired responses; write HTML, JSON and CSV."""
     from analysis.report.command import make_report
@@ -47,7 +48,7 @@ def compare(
     first: Annotated[Path, typer.Argument(help="A report's folder or report.json.")],
     second: Annotated[Path, typer.Argument(help="The other one.")],
     out: Annotated[Path, typer.Option(help="Page to write.")] = Path("compare.html"),
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the bootstrap.")] = 0,
+    seed: Seed = 0,
 ) -> None:
     """Compare two reports: which session came closer to reciprocity."""
     from analysis.report.command import compare_two

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rir.command import make_app, make_console, run
+from rooms.options import Duration, Order, Rays, SampleRate, Seed
 
 if TYPE_CHECKING:
     from rooms.scene import Scene
@@ -14,6 +15,12 @@ if TYPE_CHECKING:
 __all__ = ["app", "main"]
 
 app = make_app()
+Places = Annotated[
+    list[str] | None, typer.Option(help="x,y,z[,yaw] in m and °; repeatable.")
+]
+Gain = Annotated[
+    str, typer.Option(help="omni, cardioid, or a file (.sofa, balloon .csv).")
+]
 
 
 @app.command()
@@ -32,22 +39,18 @@ def simulate_room(
     cost: Annotated[
         bool, typer.Option("--cost", help="Measure error against seconds per knob.")
     ] = False,
-    emitter: Annotated[
-        list[str] | None, typer.Option(help="x,y,z[,yaw] in m and °; repeatable.")
-    ] = None,
-    listener: Annotated[
-        list[str] | None, typer.Option(help="x,y,z[,yaw] in m and °; repeatable.")
-    ] = None,
-    sample_rate: Annotated[int, typer.Option(help="Samples per second [Hz].")] = 48000,
-    duration: Annotated[float, typer.Option(help="Length [s].")] = 0.5,
+    emitter: Places = None,
+    listener: Places = None,
+    sample_rate: SampleRate = 48000,
+    duration: Duration = 0.5,
     accuracy: Annotated[
         str | None, typer.Option(help='For instance "C50 0.1 dB, T60 1 %".')
     ] = None,
     seconds: Annotated[
         float | None, typer.Option(help="Processor time to spend on rays [s].")
     ] = None,
-    order: Annotated[int | None, typer.Option(help="Highest reflection order.")] = None,
-    rays: Annotated[int | None, typer.Option(help="Rays per pair.")] = None,
+    order: Order = None,
+    rays: Rays = None,
     everything: Annotated[
         bool, typer.Option("--all", help="Switch every effect on.")
     ] = False,
@@ -60,12 +63,8 @@ def simulate_room(
     material: Annotated[
         str | None, typer.Option(help="Material of all surfaces of a mesh.")
     ] = None,
-    emitter_gain: Annotated[
-        str, typer.Option(help="omni, cardioid, or a file (.sofa, balloon .csv).")
-    ] = "omni",
-    listener_gain: Annotated[
-        str, typer.Option(help="omni, cardioid, or a file (.sofa, balloon .csv).")
-    ] = "omni",
+    emitter_gain: Gain = "omni",
+    listener_gain: Gain = "omni",
     tolerance: Annotated[
         str | None, typer.Option(help='What effects off may cost, as "C50 0.5 dB".')
     ] = None,
@@ -79,7 +78,7 @@ def simulate_room(
         bool,
         typer.Option("--parameters", help="Show T30, EDT, C50, C80, D50, TS, G."),
     ] = False,
-    seed: Annotated[int, typer.Option(min=0, help="Key of everything random.")] = 0,
+    seed: Seed = 0,
     out: Annotated[
         Path | None,
         typer.Option(help="Write a data set (.h5), arrays (.npz) or audio (.wav)."),

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rir.command import make_app, make_console, run
+from rooms.options import Duration, Order, Rays, SampleRate, Seed
 
 if TYPE_CHECKING:
     from rooms.factory import Recipe
@@ -22,16 +23,16 @@ def make_dataset(
     out: Annotated[
         Path | None, typer.Option(help="File to make [SCENE-GAINS.h5].")
     ] = None,
-    sample_rate: Annotated[int, typer.Option(help="Samples per second [Hz].")] = 16000,
-    duration: Annotated[float, typer.Option(help="Length [s].")] = 0.1,
+    sample_rate: SampleRate = 16000,
+    duration: Duration = 0.1,
     emitters: Annotated[int, typer.Option(help="Emitters for training.")] = 5,
     unseen: Annotated[int, typer.Option(help="Further emitters for tests.")] = 10,
     listeners: Annotated[int, typer.Option(help="Listeners on the grid.")] = 5000,
     gains: Annotated[str, typer.Option(help="same or diff patterns.")] = "same",
     fewer: Annotated[int, typer.Option(help="Keep every n-th listener.")] = 1,
-    order: Annotated[int | None, typer.Option(help="Highest reflection order.")] = None,
-    rays: Annotated[int | None, typer.Option(help="Rays per pair.")] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Key of everything random.")] = 0,
+    order: Order = None,
+    rays: Rays = None,
+    seed: Seed = 0,
     workers: Annotated[int, typer.Option(help="Processes on this machine.")] = 1,
     scheduler: Annotated[
         str | None, typer.Option(help="Address of a Dask scheduler to work on.")

@@ -48,14 +48,7 @@ class Spectrogram:
 
     def log_magnitude(self, samples: Tensor) -> Tensor:
         """Return log(|STFT| + 1e-3), shape (batch, bins, frames)."""
-        spectrum = torch.stft(
-            samples,
-            self.n_fft,
-            self.hop,
-            window=self._window(samples),
-            return_complex=True,
-            pad_mode="constant",
-        )
+        spectrum = self._analysed(samples)
         return torch.log(spectrum[:, : self.bins].abs() + LOG_FLOOR)
 
     def samples(self, log_magnitude: Tensor, griffin_lim_steps: int = 0) -> Tensor:
