@@ -66,7 +66,15 @@ class Controller(Protocol):
         ...
 
     def move(self, points: Sequence[np.ndarray]) -> np.ndarray:
-        """Go past all points to the last one and return where it came to rest."""
+        """Go past all points to the last one; return where it came to rest.
+
+        Raises
+        ------
+        OutOfReachError
+            Before anything moves.
+        RigError
+            If it did not get there; it has been stopped.
+        """
         ...
 
     def position(self) -> np.ndarray | None:

@@ -171,15 +171,7 @@ class DialogueController(Knowledge[float]):
         return np.zeros(1)
 
     def move(self, points: Sequence[np.ndarray]) -> np.ndarray:
-        """Go past all points to the last one; return where it came to rest.
-
-        Raises
-        ------
-        OutOfReachError
-            Before anything moves.
-        RigError
-            If it did not get there; the position is lost then.
-        """
+        """Go past all points to the last one; a move that fails loses the position."""
         o = self.options
         for point in points:
             if not o.low - 1e-9 <= float(point[0]) <= o.high + 1e-9:

@@ -236,15 +236,7 @@ class MarlinController(Knowledge[np.ndarray]):
         return np.zeros(len(self.axes))
 
     def move(self, points: Sequence[np.ndarray]) -> np.ndarray:
-        """Go past all points to the last one; return where it came to rest.
-
-        Raises
-        ------
-        OutOfReachError
-            Before anything moves.
-        RigError
-            If it did not get there; the position is lost then.
-        """
+        """Go past all points to the last one; a move that fails loses the position."""
         low, high = self.limits()
         for point in points:
             if not np.all((point >= low - 1e-9) & (point <= high + 1e-9)):
