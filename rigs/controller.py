@@ -73,7 +73,7 @@ class Controller(Protocol):
         OutOfReachError
             Before anything moves.
         RigError
-            If it did not get there; it has been stopped.
+            If it did not get there; it has been stopped where its line still answers.
         """
         ...
 
