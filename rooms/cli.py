@@ -90,6 +90,10 @@ def simulate_room(
     from rooms.builtin import load_places, load_scene
     from rooms.gains import load_gain
 
+    for flag, given in (("--all", everything), ("--without", bool(without))):
+        if only is not None and given:
+            told = f"it contradicts {flag}: leave one of them out"
+            raise typer.BadParameter(told, param_hint="--only")
     bare = load_scene(scene, material)
     loaded = replace(
         bare,

@@ -193,8 +193,9 @@ class PlainDisplay:
 
     def prefix(self) -> str:
         """Return what stands before a take's line."""
-        share = f"[{self.takes_done + 1}/{self.takes}]"
-        return f"{share} {self.remaining()}"
+        # Takes found after a crash are told before it is known how many are left.
+        share = f"[{self.takes_done + 1}/{self.takes}] " if self.takes else ""
+        return f"{share}{self.remaining()}"
 
     def remaining(self) -> str:
         """Return how long the rest takes at the pace so far, once there is one."""

@@ -92,3 +92,8 @@ def test_nobody_at_the_keyboard_is_an_error(monkeypatch: pytest.MonkeyPatch) -> 
 def test_a_sparkline_of_equal_values_is_flat() -> None:
     assert sparkline([1.0, 1.0]) == "▁▁"
     assert sparkline([]) == ""
+
+
+def test_a_take_found_after_a_crash_is_not_one_of_none() -> None:
+    screen, _ = console(terminal=False)
+    assert "/0]" not in PlainDisplay(screen, simulated=True).prefix()

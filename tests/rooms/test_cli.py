@@ -63,6 +63,12 @@ def test_overrides_decide(capsys):
     assert "late" not in capsys.readouterr().out.split("effects:")[1]
 
 
+@pytest.mark.parametrize("other", [["--all"], ["--without", "air"]])
+def test_effects_are_not_chosen_in_two_ways(other, capsys):
+    assert main(["office", *FAST, "--only", "direct", *other]) == 2
+    assert f"--only: it contradicts {other[0]}" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
