@@ -5,6 +5,7 @@ import numpy as np
 from analysis.scores import METRIC_UNITS, Scores, compare_rows, mean_scores, row_scores
 from fields.data import FieldData
 from fields.field import Field
+from rir.errors import TrainingError
 
 __all__ = ["METRIC_UNITS", "Scores", "chance_scores", "compare_rows", "score"]
 
@@ -31,17 +32,24 @@ def score(field: Field, data: FieldData, *, flavour: str = "paper") -> Scores:
     -------
     dict
         Values in :data:`METRIC_UNITS`; NaN where no row has a value.
+
+    Raises
+    ------
+    TrainingError
+        If the field answers what is no response: not finite, or of another shape.
     """
     scale = np.float32(data.frame.scale)
-    parts = [
-        row_scores(
-            data.responses[rows],
-            field.predict(data.emitters[rows], data.listeners[rows]) / scale,
-            data.frame.sample_rate,
-            flavour,
-        )
-        for rows in _blocks(len(data))
-    ]
+    parts = []
+    for rows in _blocks(len(data)):
+        truth = data.responses[rows]
+        answer = field.predict(data.emitters[rows], data.listeners[rows]) / scale
+        if answer.shape != truth.shape or not np.isfinite(answer).all():
+            raise TrainingError(
+                f"{field.name} answers an array of shape {answer.shape}, "
+                f"{np.isfinite(answer).sum()} of its numbers finite; asked are finite "
+                f"responses of shape {truth.shape}"
+            )
+        parts.append(row_scores(truth, answer, data.frame.sample_rate, flavour))
     return mean_scores(parts)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from fields.frame import SceneFrame
 from fields.table import FIELDS
 from rir import GainPattern, Pose, Poses
-from rir.errors import MissingPartError, TrainingError
+from rir.errors import MissingPartError, ResoundingError, TrainingError
 
 
 @runtime_checkable
@@ -114,7 +114,17 @@ def load_field(path: str | Path) -> Field:
         raise TrainingError(
             f"{file} is no stored field ({type(error).__name__}: {reason})"
         ) from error
-    return FIELDS[name].load_module().load(file)
+    module = FIELDS[name].load_module()
+    try:
+        return module.load(file)
+    except (ResoundingError, MemoryError):
+        raise
+    # Spoiled files end in errors of every kind, and so do models of other packages.
+    except Exception as error:
+        raise TrainingError(
+            f"{file} cannot be opened as a field {name!r} "
+            f"({type(error).__name__}: {error})"
+        ) from error
 
 
 def _field_file(path: Path) -> Path:

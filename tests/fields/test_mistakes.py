@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from fields import FIELDS, load_field, train
+from fields.data import prepare
+from fields.evaluate import score
 from fields.table import model_config
 from rir.errors import ConfigError, DatasetError, SignalError, TrainingError
 
@@ -125,3 +127,21 @@ def test_a_file_that_is_no_field_is_told(tmp_path, name):
         load_field(tmp_path / name)
     assert "\n" not in str(told.value)
     assert "weights_only" not in str(told.value)
+
+
+def test_a_spoiled_field_is_told_and_not_traced(grid, tmp_path):
+    path = train(grid, "nearest").save(tmp_path / "field.npz")
+    with np.load(path) as stored:
+        kept = {name: stored[name] for name in stored if name != "responses"}
+    np.savez(path, **kept)
+    with pytest.raises(TrainingError, match="cannot be opened as a field 'nearest'"):
+        load_field(path)
+
+
+@pytest.mark.parametrize("spoil", [lambda a: a * np.nan, lambda a: a[:, :7]])
+def test_what_is_no_response_is_not_scored(grid, spoil, monkeypatch):
+    field, data = train(grid, "nearest"), prepare(grid)
+    answer = field.predict
+    monkeypatch.setattr(field, "predict", lambda *ends: spoil(answer(*ends)))
+    with pytest.raises(TrainingError, match="nearest answers an array of shape"):
+        score(field, data)
