@@ -90,9 +90,9 @@ up to 2: update it (pip install -U resounding)
         said = content.get(self.key, self.unnumbered)
         try:
             version = int(said)  # pyright: ignore[reportArgumentType]
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             version = 0
-        if version < 1:
+        if version < 1 or (isinstance(said, float) and version != said):
             raise self.error(f"{origin} is no {self.kind}: it says no version")
         if version > self.version:
             raise self.error(

@@ -40,6 +40,8 @@ def test_each_older_version_is_brought_up_to_date_step_by_step() -> None:
         ({"format": "thermo"}, "is no thermometer log: it says no version"),
         ({"format": "thermo", "schema": "new"}, "it says no version"),
         ({"format": "thermo", "schema": 0}, "it says no version"),
+        ({"format": "thermo", "schema": 1.5}, "it says no version"),
+        ({"format": "thermo", "schema": float("inf")}, "it says no version"),
         ([1, 2], "a.log is no thermometer log"),
     ],
 )
