@@ -25,6 +25,7 @@ from inverse.paths.polyhedral import FittedMesh
 from inverse.paths.polyhedron import Polyhedron
 from inverse.rows.direct import read_direct
 from inverse.rows.fitset import FitSet
+from inverse.search import PriorKnowledge
 from inverse.walls.box import assemble_boxes
 from inverse.walls.scan import scan_planes, scan_signals
 from path_rooms import BENT, CLEAR, ROUGH, level_errors, spoiled
@@ -170,7 +171,7 @@ def l_case(
     """Hear one L and say what was found."""
     truth = Polyhedron.of_mesh(MeshGeometry.extruded(OUTLINE, HEIGHT))
     start = time.process_time()
-    heard = room_in_rows(train, shape=shape)
+    heard = room_in_rows(train, prior=PriorKnowledge(shape))
     seconds = time.process_time() - start
     volume = float("nan")
     if isinstance(heard.fitted, FittedMesh):

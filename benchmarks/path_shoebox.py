@@ -21,6 +21,7 @@ from inverse.acoustics import Acoustics
 from inverse.find import room_in_rows
 from inverse.paths.shoebox import FittedRoom
 from inverse.rows.fitset import FitSet
+from inverse.search import SearchSettings
 from path_rooms import fit_rows, level_errors, simulated
 from rir import GainPattern, Poses
 from rooms import Scene
@@ -152,7 +153,7 @@ def few_emitters(draws: int, first_seed: int) -> dict[str, dict[str, Any]]:
         for seed in range(first_seed, first_seed + draws):
             rows, size = drawn_box(emitters, listeners, cardioid, seed)
             start = time.process_time()
-            heard = room_in_rows(rows, late=False)
+            heard = room_in_rows(rows, SearchSettings(late=False))
             seconds.append(time.process_time() - start)
             found = _walls_within(heard, size, 0.005)
             right += found

@@ -8,7 +8,6 @@ when emitter and listener are exchanged.
 """
 
 import io
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 from fields.data import FieldData
 from fields.plan import TrainingPlan
 from fields.table import FIELDS
+from inverse.acoustics import Acoustics
 from inverse.blend.fallback import NearestRows
 from inverse.blend.mixture import mix, mixing_weights
 from inverse.rows.fitset import FitSet, place_numbers
@@ -206,7 +206,7 @@ def held_out_rows(data: FieldData) -> NDArray[np.bool_]:
 
 
 def join_network(
-    answers: Callable[[FitSet], FloatArray],
+    acoustics: Acoustics,
     rows: FitSet,
     data: FieldData,
     plan: TrainingPlan,
@@ -218,9 +218,8 @@ def join_network(
 
     Parameters
     ----------
-    answers : callable
-        What the other field predicts for measured rows without those of the same
-        emitter place, shape (rows, n_samples).
+    acoustics : Acoustics
+        The other field.
     rows : FitSet
         All measured rows.
     data : FieldData
@@ -244,7 +243,7 @@ def join_network(
     except MissingPartError:
         return None, "no network was asked: torch is not installed"
     asked = rows.rows(np.flatnonzero(hidden))
-    other = answers(asked)
+    other = acoustics.left_out(asked, among=rows)
     joined = FieldWithNetwork.fit(network, asked.responses, other, own)
     both = joined.mixed(other, own)
     nearest = NearestRows.of(rows).left_out(asked)

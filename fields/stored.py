@@ -1,6 +1,8 @@
 """The file of a field, and fields that answer from the responses stored in it."""
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -15,7 +17,15 @@ from rir import Poses
 from rir.errors import TrainingError
 from rir.schema import Schema
 
-__all__ = ["FIELD", "learned_rows", "load_stored", "read_arrays", "save_stored"]
+__all__ = [
+    "FIELD",
+    "learned_rows",
+    "load_stored",
+    "naming_missing_parts",
+    "read_arrays",
+    "save_stored",
+    "write_arrays",
+]
 
 FIELD = Schema("field", 1, unnumbered=1, error=TrainingError)
 """The file of every model; the first ones without torch bear no number."""
@@ -28,22 +38,32 @@ def learned_rows(data: FieldData, plan: TrainingPlan) -> FieldData:
     return exchanged(data, plan.exchange_mode)
 
 
-def save_stored(path: Path, model: str, config: Any, data: FieldData) -> Path:
-    """Write a baseline's rows as one uncompressed archive."""
-    path = path.with_suffix(".npz")
+def write_arrays(
+    path: str | Path, model: str, config: Any, frame: SceneFrame, arrays: dict[str, Any]
+) -> Path:
+    """Write a field without torch as one uncompressed archive ending in .npz."""
+    target = Path(path).with_suffix(".npz")
     np.savez(
-        path,
+        target,
         **FIELD.stamp,
         model=np.array(model),
         config=np.array(json.dumps(asdict(config))),
-        frame=np.array(json.dumps(data.frame.as_dict())),
-        responses=data.responses,
-        emitters=data.emitters.positions,
-        emitter_orientations=data.emitters.orientations,
-        listeners=data.listeners.positions,
-        listener_orientations=data.listeners.orientations,
+        frame=np.array(json.dumps(frame.as_dict())),
+        **arrays,
     )
-    return path
+    return target
+
+
+def save_stored(path: Path, model: str, config: Any, data: FieldData) -> Path:
+    """Write a baseline's rows."""
+    arrays = {
+        "responses": data.responses,
+        "emitters": data.emitters.positions,
+        "emitter_orientations": data.emitters.orientations,
+        "listeners": data.listeners.positions,
+        "listener_orientations": data.listeners.orientations,
+    }
+    return write_arrays(path, model, config, data.frame, arrays)
 
 
 def load_stored(path: Path) -> tuple[dict[str, Any], FieldData]:
@@ -56,6 +76,18 @@ def load_stored(path: Path) -> tuple[dict[str, Any], FieldData]:
         SceneFrame.from_dict(json.loads(str(stored["frame"]))),
     )
     return json.loads(str(stored["config"])), data
+
+
+@contextmanager
+def naming_missing_parts(path: Path) -> Iterator[None]:
+    """Say which part a file lacks, as those of older programs do."""
+    try:
+        yield
+    except KeyError as missing:
+        raise TrainingError(
+            f"{path} holds no {missing} of a field: an older program wrote it; "
+            "train the field again"
+        ) from missing
 
 
 def read_arrays(path: Path) -> dict[str, np.ndarray]:

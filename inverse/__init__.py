@@ -13,8 +13,18 @@ if TYPE_CHECKING:
     from inverse.plan.ground_plan import GroundPlan, plan_of
     from inverse.rows.fitset import FitSet
     from inverse.rows.reading import read_rows
+    from inverse.search import PriorKnowledge, SearchSettings
 
-__all__ = ["Acoustics", "FitSet", "GroundPlan", "find_room", "plan_of", "read_rows"]
+__all__ = [
+    "Acoustics",
+    "FitSet",
+    "GroundPlan",
+    "PriorKnowledge",
+    "SearchSettings",
+    "find_room",
+    "plan_of",
+    "read_rows",
+]
 
 __getattr__, __dir__ = lazy_names(
     __name__,
@@ -24,5 +34,6 @@ __getattr__, __dir__ = lazy_names(
         "inverse.plan.ground_plan": "GroundPlan plan_of",
         "inverse.rows.fitset": "FitSet",
         "inverse.rows.reading": "read_rows",
+        "inverse.search": "PriorKnowledge SearchSettings",
     },
 )

@@ -13,6 +13,7 @@ from inverse.blend.aligned import AlignedRows
 from inverse.blend.blend import Blend
 from inverse.blend.fallback import NearestRows
 from inverse.objects.found_objects import FoundObjects
+from inverse.paths.air import speed_at, stretched
 from inverse.paths.polyhedral import FittedMesh
 from inverse.paths.shoebox import FittedRoom
 from inverse.rows.fitset import FitSet
@@ -85,20 +86,27 @@ class Acoustics:
         early = self.fitted.predict(rows.emitters, rows.listeners, rows.n_samples)
         return self.blend.left_out(early, rows)
 
-    @property
-    def latency_s(self) -> float:
-        """Seconds before every arrival, as fitted."""
-        return 0.0 if self.fitted is None else float(self.fitted.room.latency_s)
+    def at_temperature(
+        self,
+        answer: FloatArray,
+        temperature_c: float,
+        sample_rate: float,
+        stated_speed: float,
+    ) -> FloatArray:
+        """Return an answer as it arrives in colder or warmer air.
 
-    def mean_speed(self, stated: float) -> float:
-        """Return the speed of sound that answers are given for.
-
-        By the mean of the logged temperatures; where none was, as it was fitted, or
-        without a room as `stated`.
+        Answers are for the mean of the logged temperatures; where none was, for the
+        speed of sound as it was fitted, or without a room for the stated one.
         """
+        speed, latency_s = stated_speed, 0.0
+        if self.fitted is not None:
+            room = self.fitted.room
+            speed, latency_s = float(room.speed_of_sound), float(room.latency_s)
         if "temperature_c" in self.recording:
-            return speed_of_sound(self.recording["temperature_c"])
-        return stated if self.fitted is None else float(self.fitted.speed_of_sound)
+            speed = speed_of_sound(self.recording["temperature_c"])
+        return stretched(
+            answer, speed / speed_at(temperature_c), latency_s * sample_rate
+        )
 
     def emitter_gain(self) -> GainPattern:
         """Return the emitter's pattern, with a mean gain of 1 over directions."""

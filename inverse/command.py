@@ -8,10 +8,10 @@ import numpy as np
 
 from inverse.acoustics import Acoustics
 from inverse.find import CUT, find_room
-from inverse.paths.polyhedron import Polyhedron
 from inverse.plan.described import described_walls
 from inverse.plan.ground_plan import GroundPlan, plan_of
 from inverse.rows.reading import read_rows
+from inverse.search import PriorKnowledge, SearchSettings
 from rir import Dataset
 from rir.command import make_console
 from rir.errors import ConfigError
@@ -70,7 +70,8 @@ def find_and_report(request: RoomRequest) -> Acoustics:
         raise ConfigError(f"--pose-error {sd_mm:g} must not be below 0 mm; 0: exact")
     console = make_console()
     dataset = request.dataset()
-    shape = None if request.drawn is None else Polyhedron.load(request.drawn)
+    gains = dataset.emitter_gain, dataset.listener_gain
+    prior = PriorKnowledge.of(request.drawn or "blind", None, *gains)
     longest = CUT * request.reach_s
     folder = request.folder()
     folder.mkdir(parents=True, exist_ok=True)
@@ -81,21 +82,17 @@ def find_and_report(request: RoomRequest) -> Acoustics:
         status.update(f"finding walls in {len(rows)} responses")
         acoustics = find_room(
             rows,
-            reach_s=request.reach_s,
-            late=False,
-            listening=dataset.listener_gain,
-            shape=shape,
-            emitting=dataset.emitter_gain,
-            pose_sd_m=request.pose_sd_m,
+            SearchSettings(
+                reach_s=request.reach_s, late=False, pose_sd_m=request.pose_sd_m
+            ),
+            prior,
         )
     plan = plan_of(
-        acoustics.fitted,
+        acoustics,
         rows.emitters.positions,
         rows.listeners.positions,
         described_walls(dataset),
-        unexplained=acoustics.unexplained,
-        mark=dataset.mark,
-        alarms=acoustics.alarms,
+        dataset.mark,
     )
     places = f"{rows.n_places} emitter place" + "s" * (rows.n_places != 1)
     console.out(dataset.mark, style="bold", end=" ")

@@ -17,7 +17,6 @@ from inverse.paths.long_rows import reach_row_ends
 from inverse.paths.open_air import fit_open_air
 from inverse.paths.oriented_box import OrientedBox
 from inverse.paths.polyhedral import WIDE_M, FittedMesh, fit_drawn, mesh_alarms
-from inverse.paths.polyhedron import Polyhedron
 from inverse.paths.recording import (
     RecordedRoom,
     find_listener,
@@ -33,6 +32,7 @@ from inverse.rows.pose_spread import pose_alarms
 from inverse.rows.suspect_rows import suspect_alarms, suspect_rows
 from inverse.rows.unexplained import BELIEVED, EXACT, POOR
 from inverse.rows.units import checked_units
+from inverse.search import NOTHING_KNOWN, USUAL_SETTINGS, PriorKnowledge, SearchSettings
 from inverse.walls.box_search import search_box
 from inverse.walls.convex import try_convex
 from inverse.walls.inner_walls import find_inner_walls
@@ -70,15 +70,8 @@ NO_PLANE = "no walls were found: nothing reflects as a plane would"
 
 def find_room(
     rows: FitSet,
-    *,
-    scan_rows: int = 120,
-    reach_s: float = 0.12,
-    late: bool = True,
-    listening: GainPattern | None = None,
-    shape: Polyhedron | None = None,
-    emitting: GainPattern | None = None,
-    aimed: bool | None = None,
-    pose_sd_m: float = 0.003,
+    settings: SearchSettings = USUAL_SETTINGS,
+    prior: PriorKnowledge = NOTHING_KNOWN,
 ) -> Acoustics:
     """Find the room that rows were measured in, or the best answer without one.
 
@@ -89,28 +82,18 @@ def find_room(
     ----------
     rows : FitSet
         Measured rows.
-    scan_rows, reach_s, late, listening, shape, emitting, aimed, pose_sd_m
-        See :func:`room_in_rows`.
+    settings : SearchSettings
+        How the room is looked for.
+    prior : PriorKnowledge
+        What is known of it.
     """
     rows, doubts = checked_units(rows)
     if doubts:
         words = [*doubts, "the nearest response is answered"]
         return Acoustics(None, NearestRows.of(rows), None, 1.0, words)
-    found = without_outliers(
-        rows,
-        partial(
-            room_in_rows,
-            scan_rows=scan_rows,
-            reach_s=reach_s,
-            late=late,
-            listening=listening,
-            shape=shape,
-            emitting=emitting,
-            aimed=aimed,
-            pose_sd_m=pose_sd_m,
-        ),
-    )
-    return guarded(found, rows) if late else found
+    find = partial(room_in_rows, settings=settings, prior=prior)
+    found = without_outliers(rows, find)
+    return guarded(found, rows) if settings.late else found
 
 
 def without_outliers(rows: FitSet, find: Callable[[FitSet], Acoustics]) -> Acoustics:
@@ -141,58 +124,30 @@ def without_outliers(rows: FitSet, find: Callable[[FitSet], Acoustics]) -> Acous
 @threadpool_limits.wrap(limits=1, user_api="blas")
 def room_in_rows(
     rows: FitSet,
-    *,
-    scan_rows: int = 120,
-    reach_s: float = 0.12,
-    late: bool = True,
-    listening: GainPattern | None = None,
-    shape: Polyhedron | None = None,
-    emitting: GainPattern | None = None,
-    aimed: bool | None = None,
-    pose_sd_m: float = 0.003,
+    settings: SearchSettings = USUAL_SETTINGS,
+    prior: PriorKnowledge = NOTHING_KNOWN,
 ) -> Acoustics:
-    """Find the room in the rows, fit it and complete it.
-
-    Parameters
-    ----------
-    rows : FitSet
-        Measured rows.
-    scan_rows : int
-        Rows the walls are looked for in.
-    reach_s : float
-        Longest path, seconds.
-    late : bool
-        Complete the paths with a late field.
-    listening : GainPattern, optional
-        Known pattern of the listener; omnidirectional when left out.
-    shape : Polyhedron, optional
-        The room as drawn, to some centimetres; looked for blind when left out.
-    emitting : GainPattern, optional
-        Known pattern of the emitter; used where no wall is found.
-    aimed : bool, optional
-        Whether the devices differ in pattern; found out when left out.
-    pose_sd_m : float
-        Standard deviation of each stated coordinate; 0 corrects no place, metres.
-    """
+    """Find the room in the rows, fit it and complete it; see :func:`find_room`."""
+    reach_s = settings.reach_s
     rows = at_one_temperature(rows)
     short = rows.cut(round(CUT * reach_s * rows.sample_rate))
     # sound of paths that are not listed must not be taken for the source's
     known = rows.cut(round(reach_s * rows.sample_rate))
-    settled, alarms = _fitted(known, scan_rows, reach_s, listening, shape)
-    rows, short, known = (settled.even(one) for one in (rows, short, known))
-    fitted = settled.fitted
-    if shape is None:
-        fitted, alarms = join_rooms(known, fitted, alarms, reach_s, listening)
+    recorded, alarms = _fitted(known, settings, prior)
+    rows, short, known = (recorded.even(one) for one in (rows, short, known))
+    fitted = recorded.fitted
+    if prior.shape is None:
+        fitted, alarms = join_rooms(known, fitted, alarms, reach_s, prior.listening)
     if fitted is not None:
-        settled = move_places(_sounding(known), settled.onto(fitted), pose_sd_m)
-        fitted = settled.fitted
-    patterns = listening, emitting, aimed
+        recorded = recorded.onto(fitted)
+        recorded = move_places(_sounding(known), recorded, settings.pose_sd_m)
+        fitted = recorded.fitted
     if fitted is None:
-        return _without_room(rows, alarms, late, *patterns)
-    heard = _sounding(rows)
-    fitted = reach_row_ends(heard, fitted)
-    judged = heard.spread(_judged_rows(rows.n_samples))
-    judged = settled.placed(judged, fitted, pose_sd_m)
+        return _without_room(rows, alarms, settings, prior)
+    sounding = _sounding(rows)
+    fitted = reach_row_ends(sounding, fitted)
+    judged = sounding.spread(_judged_rows(rows.n_samples))
+    judged = recorded.placed(judged, fitted, settings.pose_sd_m)
     early = fitted.predict(judged.emitters, judged.listeners, rows.n_samples)
     suspect = suspect_rows(judged, early)
     alarms += suspect_alarms(judged, suspect)
@@ -205,9 +160,10 @@ def room_in_rows(
             f"the {fitted.n_walls} planes found explain nothing of "
             "the waveforms: none is believed"
         )
-        return _without_room(rows, alarms, late, *patterns)
+        return _without_room(rows, alarms, settings, prior)
     if isinstance(fitted, FittedRoom) and unexplained > EXACT:
-        banded = in_half_octaves(short, fitted, judged.cut(short.n_samples), pose_sd_m)
+        early_part = judged.cut(short.n_samples)
+        banded = in_half_octaves(short, fitted, early_part, settings.pose_sd_m)
         if banded is not None:
             fitted = banded
             early = fitted.predict(judged.emitters, judged.listeners, rows.n_samples)
@@ -220,15 +176,15 @@ def room_in_rows(
             "is unexplained: a wall found may be the echo of two others; record a "
             "second emitter place"
         )
-    recorded = logged_temperature(rows) | settled.found
+    recording = logged_temperature(rows) | recorded.found
     blend = None
     # half octaves hold their own energies; what they leave is no late sound
     whole = _banded(fitted) and rows.n_samples <= short.n_samples
-    if late and unexplained > (BELIEVED if whole else EXACT):
-        late_s = _latency(fitted)
-        blend = Blend.fit(heard, judged, early, fitted, aimed=aimed, latency_s=late_s)
+    if settings.late and unexplained > (BELIEVED if whole else EXACT):
+        known_of = {"aimed": prior.aimed, "latency_s": float(fitted.room.latency_s)}
+        blend = Blend.fit(sounding, judged, early, fitted, **known_of)
         alarms += blend.alarms
-    return Acoustics(fitted, None, blend, unexplained, alarms, recorded)
+    return Acoustics(fitted, None, blend, unexplained, alarms, recording)
 
 
 def _judged_rows(n_samples: int) -> int:
@@ -242,12 +198,9 @@ def _banded(fitted: FittedRoom | FittedMesh) -> bool:
 
 
 def _fitted(
-    rows: FitSet,
-    scan_rows: int,
-    reach_s: float,
-    listening: GainPattern | None,
-    shape: Polyhedron | None,
+    rows: FitSet, settings: SearchSettings, prior: PriorKnowledge
 ) -> tuple[RecordedRoom, list[str]]:
+    listening, reach_s = prior.listening, settings.reach_s
     if len(rows) < LEAST_ROWS or rows.n_samples < LEAST_SAMPLES:
         return RecordedRoom(None), [
             f"{len(rows)} responses of {rows.n_samples} samples are too few to look "
@@ -260,19 +213,19 @@ def _fitted(
         ]
     direct = read_direct(rows)
     clear = direct.clearness >= LEAST_CLEARNESS
-    if not clear and (shape is not None or rows.n_places > 1):
+    if not clear and (prior.shape is not None or rows.n_places > 1):
         return RecordedRoom(None), [NO_DIRECT]
     alarms = []
-    if shape is not None:
-        drawn, alarms = fit_drawn(rows, direct, shape, reach_s, listening)
+    if prior.shape is not None:
+        drawn, alarms = fit_drawn(rows, direct, prior.shape, reach_s, listening)
         if drawn is not None:
-            return _settled(rows, drawn, listening), alarms
-    scan = scan_room(rows, direct, scan_rows)
+            return _with_recording(rows, drawn, listening), alarms
+    scan = scan_room(rows, direct, settings.scan_rows)
     direct = scan.direct
     reach_m = reach_s * rows.speed_of_sound
     convex = try_convex(rows, direct, scan.planes, reach_m, listening)
     if convex is not None and convex.is_clean:
-        return _settled(rows, convex.fitted, listening), alarms
+        return _with_recording(rows, convex.fitted, listening), alarms
     boxes = [box for box in scan.boxes if box.found.sum() >= LEAST_WALLS]
     if not boxes:
         alarms.append(NO_PLANE if clear else NO_DIRECT)
@@ -289,13 +242,13 @@ def _fitted(
     except np.linalg.LinAlgError:
         alarms.append("the fit of the walls found did not come to an end")
         return RecordedRoom(None), alarms
-    settled = _settled(rows, fitted, listening)
-    rows = settled.even(rows)
-    if isinstance(settled.fitted, FittedRoom):
-        fitted = settled.fitted
-    listening = settled.heard_by or listening
+    recorded = _with_recording(rows, fitted, listening)
+    rows = recorded.even(rows)
+    if isinstance(recorded.fitted, FittedRoom):
+        fitted = recorded.fitted
+    listening = recorded.heard_by or listening
     if convex is not None and convex.beats(rows, fitted):
-        return settled.onto(convex.fitted), alarms
+        return recorded.onto(convex.fitted), alarms
     opened = find_inner_walls(rows, direct, fitted, reach_s, listening)
     if opened.fitted is None and found.unsure:
         names = ", ".join(WALL_NAMES[wall] for wall in found.unsure)
@@ -303,17 +256,17 @@ def _fitted(
             f"walls {names} explain little: each may be the echo of others, or stand "
             "elsewhere"
         )
-    return settled.onto(opened.fitted or fitted), alarms + opened.alarms
+    return recorded.onto(opened.fitted or fitted), alarms + opened.alarms
 
 
-def _settled(
+def _with_recording(
     rows: FitSet, fitted: FittedRoom | FittedMesh, listening: GainPattern | None
 ) -> RecordedRoom:
     """Fit the air of each recording block, and the listener's pattern if unstated."""
-    settled = fit_air(rows, fitted)
+    recorded = fit_air(rows, fitted)
     if listening is not None:
-        return settled
-    return find_listener(settled.even(rows), settled)
+        return recorded
+    return find_listener(recorded.even(rows), recorded)
 
 
 def _longest(rows: FitSet, box: OrientedBox, reach_s: float) -> float:
@@ -324,28 +277,23 @@ def _longest(rows: FitSet, box: OrientedBox, reach_s: float) -> float:
 
 
 def _without_room(
-    rows: FitSet,
-    alarms: list[str],
-    late: bool,
-    listening: GainPattern | None,
-    emitting: GainPattern | None,
-    aimed: bool | None,
+    rows: FitSet, alarms: list[str], settings: SearchSettings, prior: PriorKnowledge
 ) -> Acoustics:
     """Return direct sounds and interpolated rows, or rows alone where none is sure."""
-    heard = _sounding(rows)
-    direct = read_direct(heard) if len(heard) >= LEAST_ROWS else None
-    if direct is None or direct.clearness < LEAST_CLEARNESS or not late:
+    sounding = _sounding(rows)
+    direct = read_direct(sounding) if len(sounding) >= LEAST_ROWS else None
+    if direct is None or direct.clearness < LEAST_CLEARNESS or not settings.late:
         alarms.append("the nearest response is answered")
         return Acoustics(None, NearestRows.of(rows), None, 1.0, alarms)
     try:
-        air = fit_open_air(heard, direct, listening, emitting)
+        air = fit_open_air(sounding, direct, prior.listening, prior.emitting)
     except np.linalg.LinAlgError:
         alarms.append("no direct sound lies within the rows: the nearest is answered")
         return Acoustics(None, NearestRows.of(rows), None, 1.0, alarms)
-    judged = heard.spread(_judged_rows(rows.n_samples))
+    judged = sounding.spread(_judged_rows(rows.n_samples))
     early = air.predict(judged.emitters, judged.listeners, rows.n_samples)
-    latency = direct.latency_s
-    blend = Blend.fit(heard, judged, early, air, aimed=aimed, latency_s=latency)
+    known_of = {"aimed": prior.aimed, "latency_s": direct.latency_s}
+    blend = Blend.fit(sounding, judged, early, air, **known_of)
     alarms += ["direct sounds, interpolated rows and late sound answer", *blend.alarms]
     return Acoustics(air, None, blend, 1.0, alarms)
 
@@ -359,17 +307,13 @@ def _sounding(rows: FitSet) -> FitSet:
     return rows.rows(np.flatnonzero(loud & (rows.distances > APART_M)))
 
 
-def _latency(fitted: FittedRoom | FittedMesh) -> float:
-    return float(fitted.room.latency_s)
-
-
 def _room_alarms(fitted: FittedRoom | FittedMesh, unexplained: float) -> list[str]:
     if isinstance(fitted, FittedMesh):
         return mesh_alarms(fitted, unexplained)
     alarms = []
-    heard = fitted.room.box.found
-    if not heard.all():
-        names = [WALL_NAMES[k] for k in np.flatnonzero(~heard)]
+    found = fitted.room.box.found
+    if not found.all():
+        names = [WALL_NAMES[k] for k in np.flatnonzero(~found)]
         alarms.append(f"walls unseen by the data: {', '.join(names)}; none is invented")
     # half octaves hold energies of sound whose waveforms nothing tells
     if unexplained > (POOR if _banded(fitted) else BELIEVED):
@@ -378,7 +322,7 @@ def _room_alarms(fitted: FittedRoom | FittedMesh, unexplained: float) -> list[st
             "room is not a box, or the poses are off"
         )
     spread = fitted.wall_sd()
-    for wall in np.flatnonzero(heard & (spread > WIDE_M)):
+    for wall in np.flatnonzero(found & (spread > WIDE_M)):
         alarms.append(
             f"wall {WALL_NAMES[wall]} is known to {1000 * spread[wall]:.0f} mm only"
         )

@@ -1,55 +1,44 @@
 """The path field: a room found in the responses, and what completes it.
 
-No mesh, no start value: a few seconds on one core. Everything it holds is symmetric in
-the two ends with their patterns, so it is reciprocal by construction. A network is
-asked only where neither walls nor rows explain the sound. What it computes is found
-in `inverse`; here it becomes a field.
+What it holds is symmetric in the two ends, so it is reciprocal by construction. It is
+found in `inverse`; a network is asked where neither walls nor rows explain the sound.
 """
 
 import json
-from dataclasses import asdict
-from functools import partial
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
-from pydantic import NonNegativeFloat, NonNegativeInt
+from pydantic import NonNegativeInt
 
 from fields.data import FieldData
 from fields.field import paired_queries
 from fields.frame import SceneFrame
 from fields.joined import FieldWithNetwork, join_network
 from fields.plan import TrainingPlan
-from fields.settings import Count, settings
-from fields.stored import FIELD, read_arrays
+from fields.settings import settings
+from fields.stored import naming_missing_parts, read_arrays, write_arrays
 from inverse.acoustics import Acoustics
 from inverse.array_parts import part_of, prefixed
 from inverse.find import find_room
 from inverse.guard import needs_network
-from inverse.paths.air import speed_at, stretched
-from inverse.paths.polyhedron import Polyhedron
 from inverse.plan.described import box_triangles
 from inverse.plan.ground_plan import GroundPlan, plan_of
 from inverse.rows.reading import as_rows
-from rir import GainPattern, Pose, Poses, TrainingError
+from inverse.search import PriorKnowledge, SearchSettings
+from rir import GainPattern, Pose, Poses
 
 __all__ = ["PRESETS", "Config", "PathField", "fit", "load"]
 
 MOST_ENDS = 2000  # places kept for the plan's drawing, where more would only overlap
+Ends = Poses | Pose | np.ndarray
 
 
 @settings
-class Config:
+class Config(SearchSettings):
     """Sizes of the path field."""
 
-    scan_rows: Count = 120
-    "responses the walls are looked for in"
-    reach_s: NonNegativeFloat = 0.12
-    "longest path, seconds; beyond it the late field speaks alone"
-    late: bool = True
-    "complete the paths with a late field"
-    pose_sd_m: NonNegativeFloat = 0.003
-    "standard deviation of each stated coordinate of fitted rows, metres; 0: exact"
     geometry: str = "auto"
     "auto: the room's mesh where it is known; blind; or a mesh, room file or scene"
     network_steps: NonNegativeInt = 400
@@ -59,24 +48,17 @@ class Config:
 PRESETS = {"cpu": Config()}
 
 
+@dataclass(eq=False)
 class PathField:
     """Answer responses from fitted paths and what completes them."""
 
-    name = "path"
-
-    def __init__(
-        self,
-        acoustics: Acoustics,
-        frame: SceneFrame,
-        config: Config,
-        ends: np.ndarray | None = None,
-        joined: FieldWithNetwork | None = None,
-    ) -> None:
-        self.acoustics = acoustics
-        self.joined = joined
-        self.frame = frame
-        self.config = config
-        self.ends = np.empty((0, 6)) if ends is None else ends
+    acoustics: Acoustics
+    frame: SceneFrame
+    config: Config
+    ends: np.ndarray = field(default_factory=lambda: np.empty((0, 6)))
+    "places of rows for the plan, shape (rows, 6), metres"
+    joined: FieldWithNetwork | None = None
+    name: ClassVar[str] = "path"
 
     @property
     def alarms(self) -> list[str]:
@@ -89,35 +71,17 @@ class PathField:
         return self.acoustics.report()
 
     def predict(
-        self,
-        emitters: Poses | Pose | np.ndarray,
-        listeners: Poses | Pose | np.ndarray,
-        *,
-        temperature_c: float | None = None,
+        self, emitters: Ends, listeners: Ends, *, temperature_c: float | None = None
     ) -> np.ndarray:
         """Return responses, shape (queries, n_samples), float32.
 
-        Parameters
-        ----------
-        emitters, listeners : Poses, Pose or ndarray
-            Both ends.
-        temperature_c : float, optional
-            Of the air, degrees Celsius; the mean of the measured rows by default.
-
-        Raises
-        ------
-        SignalError
-            If the temperature is no temperature of a room.
+        For air of a temperature, degrees Celsius; by default the measured rows' mean.
         """
         exact = self.predict_exactly(emitters, listeners, temperature_c=temperature_c)
         return exact.astype(np.float32)
 
     def predict_exactly(
-        self,
-        emitters: Poses | Pose | np.ndarray,
-        listeners: Poses | Pose | np.ndarray,
-        *,
-        temperature_c: float | None = None,
+        self, emitters: Ends, listeners: Ends, *, temperature_c: float | None = None
     ) -> np.ndarray:
         """Return responses in double precision; see :meth:`predict`."""
         first, second = paired_queries(emitters, listeners)
@@ -125,10 +89,8 @@ class PathField:
         if self.joined is not None:
             answer = self.joined.apply(answer, first, second)
         if temperature_c is not None:
-            speed = self.acoustics.mean_speed(self.frame.speed_of_sound)
-            later = speed / speed_at(temperature_c)
-            latency = self.acoustics.latency_s * self.frame.sample_rate
-            answer = stretched(answer, later, latency)
+            stated = self.frame.sample_rate, self.frame.speed_of_sound
+            answer = self.acoustics.at_temperature(answer, temperature_c, *stated)
         return self.frame.scale * answer
 
     def emitter_gain(self) -> GainPattern:
@@ -137,16 +99,9 @@ class PathField:
 
     def plan(self) -> GroundPlan:
         """Return the walls as found, seen from above, with what is sure of them."""
-        shape, room = self.frame.shape, self.frame.room
-        return plan_of(
-            self.acoustics.fitted,
-            self.ends[:, :3],
-            self.ends[:, 3:],
-            box_triangles(room) if shape is None else shape.triangles,
-            unexplained=self.acoustics.unexplained,
-            mark=self.frame.mark,
-            alarms=self.alarms,
-        )
+        shape, ends = self.frame.shape, (self.ends[:, :3], self.ends[:, 3:])
+        known = box_triangles(self.frame.room) if shape is None else shape.triangles
+        return plan_of(self.acoustics, *ends, known, self.frame.mark)
 
     def draw(self, folder: Path) -> list[Path]:
         """Write plan.png and plan.json into a folder."""
@@ -154,82 +109,42 @@ class PathField:
 
     def save(self, path: str | Path) -> Path:
         """Write the field to ``path`` with the ending .npz."""
-        target = Path(path).with_suffix(".npz")
-        arrays: dict[str, Any] = {
-            **FIELD.stamp,
-            "model": np.array(self.name),
-            "config": np.array(json.dumps(asdict(self.config))),
-            "frame": np.array(json.dumps(self.frame.as_dict())),
-            "ends": self.ends,
-            **self.acoustics.as_arrays(),
-        }
-        joined = {} if self.joined is None else self.joined.as_arrays()
-        np.savez(target, **arrays, **prefixed("joined", joined))
-        return target
+        arrays = {"ends": self.ends, **self.acoustics.as_arrays()}
+        if self.joined is not None:
+            arrays |= prefixed("joined", self.joined.as_arrays())
+        return write_arrays(path, self.name, self.config, self.frame, arrays)
 
 
 def fit(data: FieldData, config: Config, plan: TrainingPlan) -> PathField:
     """Find the room in the rows and fit it.
 
     The plan's exchange and self-supervision change nothing: the field is reciprocal
-    by construction and is fitted, not trained. Its steps and budget limit the
-    network that is asked where nothing else explains the room.
+    by construction. Its steps and budget limit the network that may be asked.
     """
     frame = data.frame
-    known = frame.speed_of_sound, data.recording
-    rows = as_rows(
-        data.responses, data.emitters, data.listeners, frame.sample_rate, *known
-    )
+    known = frame.sample_rate, frame.speed_of_sound, data.recording
+    rows = as_rows(data.responses, data.emitters, data.listeners, *known)
+    surfaces = None if frame.shape is None else frame.shape.triangles
     gains = frame.emitter_gain, frame.listener_gain
-    aimed = None if None in gains else gains[0] != gains[1]
-    acoustics = find_room(
-        rows,
-        scan_rows=config.scan_rows,
-        reach_s=config.reach_s,
-        late=config.late,
-        pose_sd_m=config.pose_sd_m,
-        emitting=frame.emitter_gain,
-        listening=frame.listener_gain,
-        aimed=aimed,
-        shape=_shape(config.geometry, frame),
-    )
-    joined, steps = None, config.network_steps
-    if steps > 0 and config.late and needs_network(acoustics, rows):
-        alike = not aimed and not (acoustics.blend and acoustics.blend.aimed)
-        answers = partial(acoustics.left_out, among=rows)
-        joined, message = join_network(answers, rows, data, plan, steps, alike=alike)
+    prior = PriorKnowledge.of(config.geometry, surfaces, *gains)
+    acoustics, joined = find_room(rows, config, prior), None
+    if config.network_steps and config.late and needs_network(acoustics, rows):
+        alike = not prior.aimed and not (acoustics.blend and acoustics.blend.aimed)
+        asked = rows, data, plan, config.network_steps
+        joined, message = join_network(acoustics, *asked, alike=alike)
         acoustics.alarms.append(message)
     ends = data.endpoints[:: -(-len(data) // MOST_ENDS)]
     return PathField(acoustics, frame, config, ends, joined)
 
 
-def _shape(geometry: str, frame: SceneFrame) -> Polyhedron | None:
-    """Return the room as drawn, None where it is to be found blind."""
-    if geometry == "auto":
-        known = frame.shape
-        return None if known is None else Polyhedron.of_triangles(known.triangles)
-    return None if geometry == "blind" else Polyhedron.load(geometry)
-
-
 def load(path: Path) -> PathField:
-    """Open a stored path field.
-
-    Raises
-    ------
-    TrainingError
-        If the file lacks a part, as those of older programs do, or was written by
-        a newer one.
-    """
+    """Open a stored path field; TrainingError if it lacks a part or is too new."""
     stored = read_arrays(path)
     config = Config(**json.loads(str(stored["config"])))
     frame = SceneFrame.from_dict(json.loads(str(stored["frame"])))
     kept = part_of(stored, "joined")
     joined = FieldWithNetwork.from_arrays(kept) if kept else None
-    try:
+    with naming_missing_parts(path):
         acoustics = Acoustics.from_arrays(stored)
-    except KeyError as missing:
-        raise TrainingError(
-            f"{path} holds no {missing} of a path field: an older program wrote it; "
-            "train the field again"
-        ) from missing
-    return PathField(acoustics, frame, config, stored.get("ends"), joined)
+    ends = stored.get("ends", np.empty((0, 6)))
+    return PathField(acoustics, frame, config, ends, joined)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from inverse.acoustics import Acoustics
 from inverse.bands.fitted_bands import bands_of
 from inverse.objects.found_objects import FoundObjects
 from inverse.paths.oriented_box import OrientedBox
@@ -135,30 +136,31 @@ class GroundPlan:
 
 
 def plan_of(
-    fitted: FittedRoom | FittedMesh | None,
+    acoustics: Acoustics,
     emitters: FloatArray,
     listeners: FloatArray,
     known: FloatArray,
-    **words: Any,
+    mark: str,
 ) -> GroundPlan:
     """Return the plan of a room.
 
     Parameters
     ----------
-    fitted : FittedRoom, FittedMesh or None
+    acoustics : Acoustics
         What was found.
     emitters, listeners : ndarray, shape (rows, 3)
         Ends of the training rows.
     known : ndarray, shape (T, 3, 3)
         Triangles of the room's description; empty where unknown.
-    **words
-        `unexplained`, `mark` and `alarms` of the plan.
+    mark : str
+        SIMULATED or MEASURED.
 
     Raises
     ------
     SignalError
         If there are no rows.
     """
+    fitted = acoustics.fitted
     if len(emitters) == 0:
         raise SignalError("a plan needs the ends of at least one row")
     height = float(np.median(np.concatenate([emitters[:, 2], listeners[:, 2]])))
@@ -170,8 +172,10 @@ def plan_of(
         np.unique(listeners[:, :2].round(3), axis=0),
         np.array(pieces).reshape(-1, 2, 2),
         height,
-        furnishing=FoundObjects.of(bands_of(fitted)),
-        **words,
+        acoustics.unexplained,
+        mark,
+        acoustics.alarms,
+        FoundObjects.of(bands_of(fitted)),
     )
 
 

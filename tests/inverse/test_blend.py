@@ -24,6 +24,7 @@ from inverse.rows.fitset import FitSet, place_numbers
 from inverse.rows.proof import Proof, prove
 from inverse.rows.reading import read_rows
 from inverse.rows.tiles import Tiles
+from inverse.search import PriorKnowledge
 from rir import Dataset, Poses, TrainingError
 
 RATE, LENGTH, SPEED = 16000.0, 1600, 343.2
@@ -232,7 +233,7 @@ def test_ends_of_an_answer_with_a_network_may_be_exchanged():
     data, measured = prepare(held), read_rows(held)
     assert_array_equal(measured.responses, data.responses)
     plan = TrainingPlan(steps=3)
-    acoustics = room_in_rows(measured, aimed=False)
+    acoustics = room_in_rows(measured, prior=PriorKnowledge(aimed=False))
     network, hidden, said = train_network(data, plan, 3, alike=True)
     unheard = measured.rows(np.flatnonzero(hidden))
     ends = unheard.emitters, unheard.listeners

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from inverse.acoustics import Acoustics
 from inverse.paths.bank import ideal_bank
 from inverse.paths.bent import bends, bent_sound
 from inverse.paths.coloring import Coloring
@@ -246,12 +247,10 @@ def test_a_plan_shows_what_was_heard(l_set, boxed, tmp_path):
     known = MeshGeometry.extruded(OUTLINE, 3.0)
     ends = l_set.emitters.positions, l_set.listeners.positions
     plan = plan_of(
-        fitted,
+        Acoustics(fitted, None, None, 0.1, ["a wall is missing"]),
         *ends,
         known.corners + known.origin,
-        unexplained=0.1,
-        mark="SIMULATED",
-        alarms=["told"],
+        "SIMULATED",
     )
     assert sorted(wall.level for wall in plan.walls)[-2:] == ["ceiling", "floor"]
     length = np.linalg.norm(np.diff(plan.known, axis=1), axis=2).sum()

@@ -20,6 +20,7 @@ from inverse.paths.recording import find_listener, fit_air
 from inverse.paths.resumed import resumed
 from inverse.rows.fitset import FitSet, place_numbers
 from inverse.rows.unexplained import unexplained_energy
+from inverse.search import PriorKnowledge, SearchSettings
 from rir import Dataset, GainPattern, Poses
 from rir.errors import SignalError
 from rir.physics import speed_of_sound
@@ -89,7 +90,7 @@ def drifting(make_box_rows):
 
 
 def test_drift_of_half_a_kelvin_is_recovered(drifting):
-    heard = room_in_rows(drifting, late=False)
+    heard = room_in_rows(drifting, SearchSettings(late=False))
     speeds = np.array([one["speed_of_sound"] for one in heard.report()["blocks"]])
     wanted = np.array([speed_of_sound(20.0 + kelvin) for kelvin in KELVIN])
     np.testing.assert_allclose(speeds, wanted, atol=0.05 * A_KELVIN * 343)
@@ -128,7 +129,7 @@ def test_places_are_corrected_within_their_sigma(box_set, unseen_set):
 
 
 def found_room(rows):
-    fitted = room_in_rows(rows, late=False).fitted
+    fitted = room_in_rows(rows, SearchSettings(late=False)).fitted
     if fitted is None:
         pytest.fail("no room was found in a clean box")
     return fitted
@@ -175,7 +176,7 @@ def listened(pattern, seed):
 
 def test_a_cardioid_microphone_is_found_and_an_omni_is_not():
     rows = listened(GainPattern.cardioid(), 3)
-    heard = room_in_rows(rows, late=False)
+    heard = room_in_rows(rows, SearchSettings(late=False))
     wanted = np.zeros(9)
     cardioid = GainPattern.cardioid().coefficients[0]
     wanted[: len(cardioid)] = cardioid / cardioid[0] * np.sqrt(4 * np.pi)
@@ -183,8 +184,10 @@ def test_a_cardioid_microphone_is_found_and_an_omni_is_not():
     np.testing.assert_allclose(found, wanted, atol=0.05)
     assert heard.unexplained < 0.01
     rows = listened(GainPattern.omni(), 4)
-    plain = room_in_rows(rows, late=False, listening=GainPattern.omni())
-    blind = room_in_rows(rows, late=False)
+    plain = room_in_rows(
+        rows, SearchSettings(late=False), PriorKnowledge(listening=GainPattern.omni())
+    )
+    blind = room_in_rows(rows, SearchSettings(late=False))
     assert "listener_pattern" not in blind.report()
     told = (one.report()["reflection"] for one in (blind, plain))
     np.testing.assert_array_equal(*told)
@@ -199,9 +202,8 @@ def test_a_listener_that_never_turned_is_left_alone(box_set):
 
 
 def test_answers_for_warmer_air_come_earlier(box_set, unseen_set, make_box_rows):
-    heard = replace(
-        room_in_rows(box_set, late=False), recording={"temperature_c": 20.0}
-    )
+    found = room_in_rows(box_set, SearchSettings(late=False))
+    heard = replace(found, recording={"temperature_c": 20.0})
     ends = np.concatenate([box_set.emitters.positions, box_set.listeners.positions])
     frame = SceneFrame(
         low=ends.min(axis=0),

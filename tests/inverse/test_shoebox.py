@@ -10,6 +10,7 @@ from inverse.find import _room_alarms, room_in_rows
 from inverse.paths.bank import PulseBank, ideal_bank
 from inverse.paths.box_fit import BoxStep, _active, _sums
 from inverse.paths.room import OMNI, BoxRoom
+from inverse.search import SearchSettings
 from path_rooms import level_errors
 
 WALLS = np.array([0.9, 0.8, 0.85, 0.8, 0.7, 0.85])
@@ -119,7 +120,9 @@ def test_spreads_hold_the_errors_of_noisy_fits(make_box_rows):
     rows = make_box_rows(emitters=5, listeners=30)
     noise = np.random.default_rng(3).standard_normal(rows.responses.shape)
     noise *= 0.03 * np.sqrt((rows.responses**2).mean())
-    told = room_in_rows(replace(rows, responses=rows.responses + noise), late=False)
+    told = room_in_rows(
+        replace(rows, responses=rows.responses + noise), SearchSettings(late=False)
+    )
     found = told.report()
     planes, middle = np.array(found["planes"]), np.array([2.5, 2.0, 1.4])
     depths = planes[:, :3] @ middle - planes[:, 3]

@@ -52,7 +52,7 @@ def test_comparing_splits_rows_once(brief):
 
 def test_one_sound_is_brought_to_the_energies_of_each_pair():
     tiles = Tiles(RATE, LENGTH)
-    tail = EvenTail(0, np.zeros(3), RATE / 343.0, LENGTH, RATE)
+    tail = EvenTail(0, RATE / 343.0, LENGTH, RATE)
     first, second = np.zeros((2, 3)), np.array([[1.0, 0, 0], [5.0, 0, 0]])
     energies = np.ones((2, len(tiles.centers), tiles.bins))
     energies *= np.exp(-0.05 * np.arange(tiles.bins)) * tiles.widths[:, None]
