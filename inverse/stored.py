@@ -7,7 +7,6 @@ import numpy as np
 from inverse.array_parts import part_of, prefixed
 from inverse.bands.banded_room import BandedRoom
 from inverse.bands.fitted_bands import FittedBandedRoom
-from inverse.paths.bank import PulseBank
 from inverse.paths.coloring import Coloring
 from inverse.paths.oriented_box import OrientedBox
 from inverse.paths.room import BoxRoom
@@ -16,22 +15,13 @@ from inverse.paths.shoebox import FittedRoom
 __all__ = ["room_arrays", "room_from"]
 
 
-_SCALARS = ("speed_of_sound", "latency_s", "sample_rate", "reach_m")
-
-
 def room_arrays(fitted: FittedRoom) -> dict[str, Any]:
     """Return a fitted box as named plain values."""
     room = fitted.room
     return {
         **_banded_arrays(fitted),
         **prefixed("box", vars(room.box)),
-        **{name: getattr(room, name) for name in _SCALARS},
-        "order": room.order,
-        "walls": room.walls,
-        "emitting": room.emitting,
-        "listening": room.listening,
-        "taps": room.bank.taps,
-        "lead": room.bank.lead,
+        **room.as_arrays(),
         "coloring": fitted.coloring.factors,
         "covariance": fitted.covariance,
         "active": fitted.active,
@@ -47,17 +37,8 @@ def _banded_arrays(fitted: FittedRoom) -> dict[str, Any]:
 
 def room_from(arrays: dict[str, np.ndarray]) -> FittedRoom:
     """Rebuild what :func:`room_arrays` named."""
-    scalars: dict[str, Any] = {name: float(arrays[name]) for name in _SCALARS}
-    room = BoxRoom(
-        box=OrientedBox(**part_of(arrays, "box")),
-        walls=arrays["walls"],
-        emitting=arrays["emitting"],
-        listening=arrays["listening"],
-        bank=PulseBank(arrays["taps"], int(arrays["lead"])),
-        order=int(arrays["order"]),
-        **scalars,
-    )
-    coloring = Coloring(arrays["coloring"], scalars["sample_rate"])
+    room = BoxRoom(OrientedBox(**part_of(arrays, "box")), **BoxRoom.parts_of(arrays))
+    coloring = Coloring(arrays["coloring"], room.sample_rate)
     fitted = room, coloring, arrays["covariance"], arrays["active"]
     parts = part_of(arrays, "banded")
     if not parts:

@@ -180,7 +180,7 @@ def _moved(at: PlaceFit, step: FloatArray, moves: FloatArray) -> PlaceFit:
     box = replace(turned, low=turned.low + step[3:6], high=turned.high + step[6:9])
     room = replace(
         room,
-        box=box,
+        shape=box,
         speed_of_sound=room.speed_of_sound + float(step[9]),
         latency_s=room.latency_s + float(step[10]) / room.sample_rate,
     )

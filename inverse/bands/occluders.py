@@ -95,18 +95,8 @@ class Occluders:
     ) -> None:
         """Take what is kept from the `chosen` bands of (rows, total) envelopes.
 
-        Parameters
-        ----------
-        taken : LoopInput
-            Poses, room and kernels.
-        box : OrientedBox
-            The walls.
-        centers : ndarray, shape (bands,)
-            Middles of the bands, hertz.
-        chosen : ndarray of bool, shape (bands,)
-            Bands to change.
-        out : ndarray, shape (rows, total)
-            Envelopes of all bands, changed in place.
+        `centers` are the middles of the bands, hertz; for the rest see
+        :meth:`inverse.bands.scatterers.Scatterers.add`.
         """
         from inverse.bands.occlusion_kernel import add_shadows
 

@@ -167,7 +167,7 @@ def _moved(room: BoxRoom, step: FloatArray) -> BoxRoom:
     walls = np.where(small, np.where(walls < 0, -1e-3, 1e-3), walls)
     return replace(
         room,
-        box=box,
+        shape=box,
         speed_of_sound=room.speed_of_sound + step[9],
         latency_s=room.latency_s + step[10],
         walls=walls,

@@ -7,7 +7,7 @@ import numpy as np
 from inverse.paths.bank import PulseBank
 from inverse.paths.path_list import PathList, list_paths
 from inverse.paths.polyhedron import Polyhedron
-from inverse.paths.room import turns_of
+from inverse.paths.room import PathRoom, turns_of
 from rir import Poses
 from rir.arrays import FloatArray
 
@@ -15,47 +15,17 @@ __all__ = ["MeshRoom"]
 
 
 @dataclass(frozen=True, eq=False)
-class MeshRoom:
-    """Hold everything that renders the mirror paths of a room of flat faces.
+class MeshRoom(PathRoom[Polyhedron]):
+    """Render the mirror paths of a room of flat faces.
 
     Parameters
     ----------
-    shape : Polyhedron
-        The faces.
-    speed_of_sound, latency_s : float
-        Metres per second; seconds before every arrival.
-    walls : ndarray, shape (P,)
-        Reflection factor of each plane.
-    emitting, listening : ndarray, shape (harmonics,)
-        Patterns of the two devices, in their own frames.
-    bank : PulseBank
-        Shape of an arrival.
-    sample_rate : float
-        Hertz.
-    order : int
-        Most reflections of a path.
-    reach_m : float
-        Longest path.
     paths : PathList, optional
         Paths of the rows being fitted, kept while their geometry moves little.
     """
 
-    shape: Polyhedron
-    speed_of_sound: float
-    latency_s: float
-    walls: FloatArray
-    emitting: FloatArray
-    listening: FloatArray
-    bank: PulseBank
-    sample_rate: float
     order: int = 12
-    reach_m: float = 40.0
     paths: PathList | None = None
-
-    @property
-    def scale(self) -> float:
-        """Samples a metre."""
-        return self.sample_rate / self.speed_of_sound
 
     def render(
         self,
@@ -96,9 +66,8 @@ class MeshRoom:
         self, emitters: FloatArray, listeners: FloatArray, n_samples: int
     ) -> PathList:
         """Return the paths of rows that arrive within so many samples."""
-        end = n_samples / self.scale - self.latency_s * self.speed_of_sound
-        reach = min(self.reach_m, end + self.bank.lead / self.scale)
-        return list_paths(self.shape, emitters, listeners, self.order, max(reach, 0.1))
+        reach = self.reach(n_samples)
+        return list_paths(self.shape, emitters, listeners, self.order, reach)
 
     def holding(self, emitters: Poses, listeners: Poses, n_samples: int) -> "MeshRoom":
         """Return the room with the paths of these rows kept."""

@@ -51,6 +51,23 @@ class OrientedBox:
         walls = np.stack([-self.low, self.high], axis=1).ravel()
         return walls < 0.5 * FAR_M
 
+    def with_wall(self, wall: int, offset: float | None, z: float) -> "OrientedBox":
+        """Return the box with one wall at its plane's offset, or not found."""
+        low, high, scores = self.low.copy(), self.high.copy(), self.z.copy()
+        axis, upper = divmod(wall, 2)
+        middle = float(self.axes[axis] @ self.origin)
+        scores[wall] = z
+        if upper:
+            high[axis] = FAR_M if offset is None else -offset - middle
+        else:
+            low[axis] = -FAR_M if offset is None else offset - middle
+        return replace(self, low=low, high=high, z=scores)
+
+    def without_walls(self) -> "OrientedBox":
+        """Return the box with no wall found."""
+        far = np.full(3, FAR_M)
+        return replace(self, low=-far, high=far, z=np.zeros(6))
+
     def inside(self, positions: FloatArray) -> FloatArray:
         """Return positions in the frame of the box, relative to its origin."""
         return (positions - self.origin) @ self.axes.T

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from inverse.paths.bank import PulseBank, ideal_bank
+from inverse.paths.bank import ideal_bank
 from inverse.paths.bent import bends, bent_sound
 from inverse.paths.coloring import Coloring
 from inverse.paths.mesh_fit import (
@@ -20,8 +20,7 @@ from inverse.paths.mesh_fit import (
 from inverse.paths.mesh_room import MeshRoom
 from inverse.paths.polish import polished, without_coloring
 from inverse.paths.polyhedron import Polyhedron
-from inverse.paths.room import OMNI
-from inverse.paths.shoebox import FIRST_FACTOR, ROUNDS, low_passed, pattern_size
+from inverse.paths.shoebox import FIRST_FACTOR, ROUNDS, first_parts, low_part
 from inverse.rows.direct import DirectSound
 from inverse.rows.fitset import FitSet
 from inverse.rows.unexplained import POOR, unexplained_energy
@@ -134,12 +133,8 @@ class FittedMesh:
         """Return everything as plain arrays, for a file."""
         room = self.room
         return {
-            **{name: getattr(room, name) for name in _SCALARS},
-            **{name: getattr(room, name) for name in _ARRAYS},
+            **room.as_arrays(),
             **{name: getattr(room.shape, name) for name in _SHAPE},
-            "order": room.order,
-            "taps": room.bank.taps,
-            "lead": room.bank.lead,
             "coloring": self.coloring.factors,
             "plane_sd": self.plane_sd,
             "bending": self.bending,
@@ -149,22 +144,14 @@ class FittedMesh:
     @classmethod
     def from_arrays(cls, arrays: dict[str, np.ndarray]) -> "FittedMesh":
         """Rebuild what :meth:`as_arrays` returned."""
-        scalars: dict[str, Any] = {name: float(arrays[name]) for name in _SCALARS}
-        room = MeshRoom(
-            shape=Polyhedron(**{name: arrays[name] for name in _SHAPE}),
-            bank=PulseBank(arrays["taps"], int(arrays["lead"])),
-            order=int(arrays["order"]),
-            **{name: arrays[name] for name in _ARRAYS},
-            **scalars,
-        )
-        coloring = Coloring(arrays["coloring"], scalars["sample_rate"])
+        shape = Polyhedron(**{name: arrays[name] for name in _SHAPE})
+        room = MeshRoom(shape, **MeshRoom.parts_of(arrays))
+        coloring = Coloring(arrays["coloring"], room.sample_rate)
         bending = bool(arrays.get("bending", False))
         spread = json.loads(str(arrays.get("family_sd", "{}")))
         return cls(room, coloring, arrays["plane_sd"], bending, spread)
 
 
-_SCALARS = ("speed_of_sound", "latency_s", "sample_rate", "reach_m")
-_ARRAYS = ("walls", "emitting", "listening")
 _SHAPE = ("planes", "vertices", "faces", "plane_of")
 
 
@@ -276,27 +263,14 @@ def mesh_alarms(fitted: FittedMesh, unexplained: float) -> list[str]:
 
 def staged(rows: FitSet, room: MeshRoom, step: MeshStep) -> PlaneFit:
     """Fit a room to the low part of rows, with paths of low order."""
-    share = min(2 * step.edge_hz / rows.sample_rate, 1.0)
-    bank = ideal_bank(2 * int(np.ceil(8 / share)), share)
-    heard = low_passed(rows.responses, share)
+    bank, low = low_part(rows, step.edge_hz)
     moved = with_paths(rows, replace(room, bank=bank, order=step.order))
-    return fit_planes(rows, moved, step, heard)
+    return fit_planes(rows, moved, step, low)
 
 
 def _start(rows: FitSet, direct: DirectSound, shape: Polyhedron) -> MeshRoom:
-    peak = direct.pulse[int(np.argmax(np.abs(direct.pulse)))]
-    emitting = np.zeros(pattern_size(rows))
-    emitting[0] = np.sqrt(4 * np.pi) * (peak or 1.0)
-    return MeshRoom(
-        shape,
-        rows.speed_of_sound,
-        direct.latency_s,
-        np.full(len(shape.planes), FIRST_FACTOR),
-        emitting,
-        OMNI.copy(),
-        ideal_bank(36),
-        rows.sample_rate,
-    )
+    factors = np.full(len(shape.planes), FIRST_FACTOR)
+    return MeshRoom(shape, **first_parts(rows, direct), walls=factors)
 
 
 def with_paths(rows: FitSet, room: MeshRoom) -> MeshRoom:

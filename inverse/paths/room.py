@@ -1,6 +1,7 @@
 """A box-shaped room: walls, air, devices and the pulse of an arrival."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
@@ -9,7 +10,7 @@ from inverse.paths.oriented_box import OrientedBox
 from rir import Poses
 from rir.arrays import FloatArray
 
-__all__ = ["BoxRoom", "turns_of"]
+__all__ = ["BoxRoom", "PathRoom", "turns_of"]
 
 GEOMETRY = 11  # parameters before the walls': turn 3, low 3, high 3, speed, latency
 MOST_IMAGES = 6000  # listed within the reach: a row then costs some milliseconds
@@ -18,17 +19,22 @@ FRONT = 32  # samples before the first, for latencies below zero
 OMNI = np.array([np.sqrt(4 * np.pi)])
 
 
+Shape = TypeVar("Shape")
+_NUMBERS = ("speed_of_sound", "latency_s", "sample_rate", "reach_m")
+_ARRAYS = ("walls", "emitting", "listening")
+
+
 @dataclass(frozen=True, eq=False)
-class BoxRoom:
-    """Hold everything that renders the images of a box.
+class PathRoom(Generic[Shape]):
+    """Hold everything that renders the paths of a room of some shape.
 
     Parameters
     ----------
-    box : OrientedBox
+    shape : OrientedBox or Polyhedron
         The walls.
     speed_of_sound, latency_s : float
         Metres per second; seconds before every arrival.
-    walls : ndarray, shape (6,)
+    walls : ndarray, shape (W,)
         Reflection factors.
     emitting, listening : ndarray, shape (harmonics,)
         Patterns of the two devices, in their own frames.
@@ -37,12 +43,12 @@ class BoxRoom:
     sample_rate : float
         Hertz.
     order : int
-        Most reflections of an image.
+        Most reflections of a path.
     reach_m : float
         Longest path.
     """
 
-    box: OrientedBox
+    shape: Shape
     speed_of_sound: float
     latency_s: float
     walls: FloatArray
@@ -52,12 +58,43 @@ class BoxRoom:
     sample_rate: float
     order: int = 200
     reach_m: float = 40.0
-    least: int = field(default=0)
 
     @property
     def scale(self) -> float:
         """Samples a metre."""
         return self.sample_rate / self.speed_of_sound
+
+    def reach(self, n_samples: int) -> float:
+        """Return how long paths that arrive within so many samples are, metres."""
+        end = n_samples / self.scale - self.latency_s * self.speed_of_sound
+        return max(min(self.reach_m, end + self.bank.lead / self.scale), 0.1)
+
+    def as_arrays(self) -> dict[str, Any]:
+        """Return all but the shape as plain arrays, for a file."""
+        pulse = {"taps": self.bank.taps, "lead": self.bank.lead, "order": self.order}
+        return {name: getattr(self, name) for name in (*_NUMBERS, *_ARRAYS)} | pulse
+
+    @staticmethod
+    def parts_of(arrays: dict[str, np.ndarray]) -> dict[str, Any]:
+        """Return the parts, by name, of what :meth:`as_arrays` returned."""
+        return {
+            "bank": PulseBank(arrays["taps"], int(arrays["lead"])),
+            "order": int(arrays["order"]),
+            **{name: float(arrays[name]) for name in _NUMBERS},
+            **{name: arrays[name] for name in _ARRAYS},
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class BoxRoom(PathRoom[OrientedBox]):
+    """Render the images of a box, of `least` reflections or more."""
+
+    least: int = 0
+
+    @property
+    def box(self) -> OrientedBox:
+        """The walls."""
+        return self.shape
 
     def render(
         self, emitters: Poses, listeners: Poses, n_samples: int, bank=None
@@ -155,15 +192,8 @@ class BoxRoom:
         self, n_samples: int
     ) -> tuple[FloatArray, FloatArray, float, float, float]:
         """Return corners, scale, latency and reach, for a kernel."""
-        end = n_samples / self.scale - self.latency_s * self.speed_of_sound
-        reach = min(self.reach_m, end + self.bank.lead / self.scale)
-        return (
-            self.box.low,
-            self.box.high,
-            self.scale,
-            self.latency_s * self.sample_rate,
-            max(reach, 0.1),
-        )
+        latency = self.latency_s * self.sample_rate
+        return self.box.low, self.box.high, self.scale, latency, self.reach(n_samples)
 
     def with_order(self, least: int, most: int) -> "BoxRoom":
         """Return the room with images of some orders only."""

@@ -2,11 +2,12 @@
 
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from inverse.paths.bank import ideal_bank
+from inverse.paths.bank import PulseBank, ideal_bank
 from inverse.paths.box_fit import BoxStep, fit_room, slow_columns
 from inverse.paths.coloring import Coloring
 from inverse.paths.descent import root_mean_square
@@ -24,7 +25,9 @@ __all__ = [
     "ROUNDS",
     "FittedRoom",
     "box_error",
+    "first_parts",
     "fit_shoebox",
+    "low_part",
     "low_passed",
     "pattern_size",
     "with_right_order",
@@ -164,7 +167,7 @@ def _going_on(room: BoxRoom, known: BoxRoom) -> BoxRoom:
     emitting[:count] = known.emitting[:count]
     return replace(
         room,
-        box=known.box,
+        shape=known.box,
         walls=known.walls,
         emitting=emitting,
         speed_of_sound=known.speed_of_sound,
@@ -173,19 +176,23 @@ def _going_on(room: BoxRoom, known: BoxRoom) -> BoxRoom:
 
 
 def _start(rows: FitSet, direct: DirectSound, box: OrientedBox) -> BoxRoom:
+    factors = np.where(box.found, FIRST_FACTOR, 1e-3)
+    return BoxRoom(box, **first_parts(rows, direct), walls=factors)
+
+
+def first_parts(rows: FitSet, direct: DirectSound) -> dict[str, Any]:
+    """Return parts of a room to start from: the same level all round, a short pulse."""
     peak = direct.pulse[int(np.argmax(np.abs(direct.pulse)))]
     emitting = np.zeros(pattern_size(rows))
     emitting[0] = np.sqrt(4 * np.pi) * (peak or 1.0)
-    return BoxRoom(
-        box,
-        rows.speed_of_sound,
-        direct.latency_s,
-        np.where(box.found, FIRST_FACTOR, 1e-3),
-        emitting,
-        OMNI.copy(),
-        ideal_bank(36),
-        rows.sample_rate,
-    )
+    return {
+        "speed_of_sound": rows.speed_of_sound,
+        "latency_s": direct.latency_s,
+        "emitting": emitting,
+        "listening": OMNI.copy(),
+        "bank": ideal_bank(36),
+        "sample_rate": rows.sample_rate,
+    }
 
 
 def pattern_size(rows: FitSet) -> int:
@@ -197,11 +204,16 @@ def pattern_size(rows: FitSet) -> int:
 
 
 def _staged(rows: FitSet, room: BoxRoom, step: BoxStep) -> BoxRoom:
-    share = min(2 * step.edge_hz / rows.sample_rate, 1.0)
-    bank = ideal_bank(2 * int(np.ceil(8 / share)), share)
-    heard = low_passed(rows.responses, share)
+    bank, low = low_part(rows, step.edge_hz)
     moved = replace(room, bank=bank, order=step.order)
-    return fit_room(rows, moved, step, heard).room
+    return fit_room(rows, moved, step, low).room
+
+
+def low_part(rows: FitSet, edge_hz: float) -> tuple[PulseBank, FloatArray]:
+    """Return the pulse of a low-pass, and the rows through it, (rows, samples)."""
+    share = min(2 * edge_hz / rows.sample_rate, 1.0)
+    bank = ideal_bank(2 * int(np.ceil(8 / share)), share)
+    return bank, low_passed(rows.responses, share)
 
 
 def low_passed(responses: FloatArray, share: float) -> FloatArray:

@@ -79,10 +79,8 @@ def search_box(
 
     Parameters
     ----------
-    rows : FitSet
-        Measured rows.
-    direct : DirectSound
-        Their direct sounds.
+    rows, direct
+        Measured rows, and their direct sounds.
     boxes : list of OrientedBox
         Frames that may be the room's, with the walls heard along each.
     signals : list of ScanSignals, optional
@@ -91,7 +89,7 @@ def search_box(
     """
     low = LowSound.of(rows, direct)
     best, doubts = _best_box(low, boxes)
-    air = low.tried(low.room(_without_walls(best.box)), TURNS)
+    air = low.tried(low.room(best.box.without_walls()), TURNS)
     poor = best.left > min(POOR, STILL * air.left)
     if poor and signals is not None and rows.n_places <= FEW_PLACES:
         other, others = _best_box(low, [walled(signals, one) for one in _upright()])
@@ -99,10 +97,6 @@ def search_box(
             best, doubts = other, others
     best = _without_needless(low, best, doubts)
     return SearchedBox(best.box, low.without_lead(best.room), best.left, doubts)
-
-
-def _without_walls(box: OrientedBox) -> OrientedBox:
-    return replace(box, low=np.full(3, -FAR_M), high=np.full(3, FAR_M), z=np.zeros(6))
 
 
 def _without_needless(low: LowSound, best: TriedRoom, doubts: FloatArray) -> TriedRoom:
@@ -187,4 +181,4 @@ def _with_wall(room: BoxRoom, wall: int, place: float | None) -> BoxRoom:
     walls[wall] = 1e-3 if place is None else TRIED_FACTOR
     if place is None:
         z[wall] = 0.0
-    return replace(room, box=replace(room.box, low=low, high=high, z=z), walls=walls)
+    return replace(room, shape=replace(room.box, low=low, high=high, z=z), walls=walls)

@@ -65,10 +65,8 @@ def try_convex(
 
     Parameters
     ----------
-    rows : FitSet
-        Measured rows.
-    direct : DirectSound
-        Their direct sounds.
+    rows, direct
+        Measured rows, and their direct sounds.
     found : list of FoundPlane
         Planes of the free scan.
     reach_m : float

@@ -87,10 +87,8 @@ def find_clues(rows: FitSet, direct: DirectSound, fitted: FittedRoom) -> Clues:
 
     Parameters
     ----------
-    rows : FitSet
-        Measured rows.
-    direct : DirectSound
-        Their direct sounds.
+    rows, direct
+        Measured rows, and their direct sounds.
     fitted : FittedRoom
         The outer walls, fitted as if the room were a box.
     """

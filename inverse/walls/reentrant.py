@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from inverse.paths.oriented_box import FAR_M, OrientedBox
+from inverse.paths.oriented_box import OrientedBox
 from inverse.walls.box import ALONG_STEP_M
 from inverse.walls.scan import (
     REACH_M,
@@ -201,13 +201,11 @@ def find_outer(signals: ScanSignals, box: OrientedBox) -> OrientedBox:
     Such a wall is looked for again with all rows, and is unheard where none is
     sure: an echo of several walls that few rows share must not become one.
     """
-    wide = replace(box, low=np.full(3, -FAR_M), high=np.full(3, FAR_M))
-    evidence = PlaneEvidence(signals, wide, np.zeros(len(signals.signals), dtype=bool))
+    unseen = np.zeros(len(signals.signals), dtype=bool)
+    evidence = PlaneEvidence(signals, box.without_walls(), unseen)
     ends = np.concatenate([signals.emitters, signals.listeners])
-    low, high, z = box.low.copy(), box.high.copy(), box.z.copy()
     nothing = np.empty((0, 3))
     for wall, plane in enumerate(box.planes):
-        axis, upper = divmod(wall, 2)
         found = evidence.judged(plane, nothing) if box.found[wall] else None
         if not _outer(found):
             first = float((ends @ plane[:3]).min()) - 0.02
@@ -217,14 +215,11 @@ def find_outer(signals: ScanSignals, box: OrientedBox) -> OrientedBox:
             ]
             judged = [one for one in tried if one is not None]
             found = max(judged, key=lambda one: one.pooled, default=None)
-        sure = found is not None and _outer(found)
-        middle = float(box.axes[axis] @ box.origin)
-        z[wall] = found.pooled if sure and found else 0.0
-        if upper:
-            high[axis] = -found.offset - middle if sure and found else FAR_M
+        if found is not None and _outer(found):
+            box = box.with_wall(wall, found.offset, found.pooled)
         else:
-            low[axis] = found.offset - middle if sure and found else -FAR_M
-    return replace(box, low=low, high=high, z=z)
+            box = box.with_wall(wall, None, 0.0)
+    return box
 
 
 def _outer(plane: FoundPlane | None) -> bool:

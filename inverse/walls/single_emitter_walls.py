@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from inverse.paths.oriented_box import FAR_M, OrientedBox
+from inverse.paths.oriented_box import OrientedBox
 from inverse.walls.reentrant import APART_M, MARGIN_M, SURE_POOLED, PlaneEvidence
 from inverse.walls.scan import FoundPlane
 from rir.arrays import FloatArray
@@ -59,25 +59,17 @@ def nearer_walls(evidence: PlaneEvidence, box: OrientedBox) -> OrientedBox:
         As several emitters speak for it.
     """
     signals = evidence.signals
-    low, high, z = box.low.copy(), box.high.copy(), box.z.copy()
-    wide = replace(box, low=np.full(3, -FAR_M), high=np.full(3, FAR_M))
-    evidence = replace(evidence, box=wide)
+    evidence = replace(evidence, box=box.without_walls())
     ends = np.concatenate([signals.emitters, signals.listeners])
     for wall, plane in enumerate(box.planes):
-        axis, upper = divmod(wall, 2)
         first = float((ends @ plane[:3]).min()) - 0.02
         last = max(plane[3] + APART_M, first - REACH_M)
         planes = _clearest(evidence, plane[:3], np.arange(first, last, -STEP_M))
         if not planes:
             continue
         best = _sharpened(evidence, planes[0].row)
-        middle = float(box.axes[axis] @ box.origin)
-        if upper:
-            high[axis] = -best.offset - middle
-        else:
-            low[axis] = best.offset - middle
-        z[wall] = best.pooled
-    return replace(box, low=low, high=high, z=z)
+        box = box.with_wall(wall, best.offset, best.pooled)
+    return box
 
 
 def _clearest(
