@@ -179,7 +179,7 @@ def room_in_rows(
     recording = logged_temperature(rows) | recorded.found
     blend = None
     # half octaves hold their own energies; what they leave is no late sound
-    whole = _banded(fitted) and rows.n_samples <= short.n_samples
+    whole = isinstance(fitted, FittedBandedRoom) and rows.n_samples <= short.n_samples
     if settings.late and unexplained > (BELIEVED if whole else EXACT):
         known_of = {"aimed": prior.aimed, "latency_s": float(fitted.room.latency_s)}
         blend = Blend.fit(sounding, judged, early, fitted, **known_of)
@@ -191,10 +191,6 @@ def _judged_rows(n_samples: int) -> int:
     """Return how many rows are completed: fewer of long ones."""
     few = COMPLETED_SAMPLES // max(n_samples, 1)
     return int(np.clip(few, LEAST_COMPLETED, COMPLETED_ROWS))
-
-
-def _banded(fitted: FittedRoom | FittedMesh) -> bool:
-    return isinstance(fitted, FittedBandedRoom)
 
 
 def _fitted(
@@ -316,7 +312,7 @@ def _room_alarms(fitted: FittedRoom | FittedMesh, unexplained: float) -> list[st
         names = [WALL_NAMES[k] for k in np.flatnonzero(~found)]
         alarms.append(f"walls unseen by the data: {', '.join(names)}; none is invented")
     # half octaves hold energies of sound whose waveforms nothing tells
-    if unexplained > (POOR if _banded(fitted) else BELIEVED):
+    if unexplained > (POOR if isinstance(fitted, FittedBandedRoom) else BELIEVED):
         alarms.append(
             f"paths explain only {100 * (1 - unexplained):.0f} % of the energy: this "
             "room is not a box, or the poses are off"

@@ -30,7 +30,7 @@ class Agreement:
         Coherences under which no waveform is kept, and above which all of it.
     steady : bool
         Whether waveforms that are kept keep their own energies as well.
-    calm : float
+    late_gain : float
         Amplitude of late sound where no waveform is known, 1 for its energy.
     """
 
@@ -39,7 +39,7 @@ class Agreement:
     low: float = 0.2
     high: float = 0.6
     steady: bool = False
-    calm: float = 1.0
+    late_gain: float = 1.0
 
     @classmethod
     def fit(
@@ -71,6 +71,7 @@ class Agreement:
     def from_arrays(cls, arrays: dict[str, np.ndarray]) -> "Agreement":
         """Rebuild what :meth:`as_arrays` returned."""
         parts = {name: one if one.ndim else one.item() for name, one in arrays.items()}
+        parts["late_gain"] = parts.pop("calm", parts.get("late_gain", 1.0))  # once calm
         return cls(**parts)  # type: ignore
 
     def between(

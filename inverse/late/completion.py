@@ -130,21 +130,16 @@ class Completion:
 
         `energies` are the rows' own, shape (rows, bands, bins).
         """
-        rough = self._with_spectral_shape(rows, early, guide)
-        predicted = rough.apply(early, rows.emitters, rows.listeners, guide)
+        ends = rows.emitters, rows.listeners
+        predicted = self.apply(early, *ends, guide)
+        taps = tilt_filter(rows.responses, predicted, rows.sample_rate)
+        rough = replace(self, tail=replace(self.tail, tint=taps))
+        predicted = rough.apply(early, *ends, guide)
         regions = self.model.features.regions
         ends = rows.emitters.positions, rows.listeners.positions
         apart = apartness(regions(ends[0]), regions(ends[1]))
         gate = self.gate.trimmed(energies, self.tiles.energies(predicted), apart)
         return replace(rough, gate=gate)
-
-    def _with_spectral_shape(
-        self, rows: FitSet, early: np.ndarray, guide: np.ndarray | None
-    ) -> "Completion":
-        """Return the completion with the rows' spectral shape on its tail."""
-        predicted = self.apply(early, rows.emitters, rows.listeners, guide)
-        taps = tilt_filter(rows.responses, predicted, rows.sample_rate)
-        return replace(self, tail=replace(self.tail, tint=taps))
 
     def apply(
         self,
@@ -186,7 +181,7 @@ class Completion:
         pair = np.where(weights == 1, gains, np.minimum(pair, MOST_PAIR_GAIN))
         out = self.tiles.gained(early, pair * np.sqrt(shares))
         if (shares < 1).any():
-            late = self.agreement.calm**2 * wanted * (1 - shares)
+            late = self.agreement.late_gain**2 * wanted * (1 - shares)
             out += self.tail.brought(first, second, self.tiles, late)
         return colored(out, self.finish)
 

@@ -125,13 +125,11 @@ def fit_maps(
     noise = np.zeros(len(data)) if floors is None else floors
     penalty = np.full(first.shape[1], RIDGE)
     penalty[len(penalty) - flags :] = FLAG_RIDGE
-    start = _one_slope(data, known, times, first, second, rates, penalty)
+    pairs = _Pairs(data, known, times, first, second, noise, penalty)
+    start = _one_slope(pairs, rates)
     best, best_cost = start, np.inf
     for shares in _starts(start, flags):
-        trial = replace(start, shares=shares)
-        fitted, cost = _refined(
-            trial, data, known, times, (first, second), noise, penalty
-        )
+        fitted, cost = _refined(replace(start, shares=shares), pairs)
         if cost < best_cost:
             best, best_cost = fitted, cost
     return _opposed(best, np.vstack([first, second]), flags)
@@ -161,27 +159,33 @@ def _opposed(maps: LateMaps, places: np.ndarray, flags: int) -> LateMaps:
     return replace(maps, shares=shares)
 
 
-def _one_slope(
-    data: np.ndarray,
-    known: np.ndarray,
-    times: np.ndarray,
-    first: np.ndarray,
-    second: np.ndarray,
-    rates: np.ndarray,
-    penalty: np.ndarray,
-) -> LateMaps:
+@dataclass(frozen=True, eq=False)
+class _Pairs:
+    """Hold log energies, which are known, and what holds the weights back."""
+
+    data: np.ndarray
+    known: np.ndarray
+    times: np.ndarray
+    first: np.ndarray
+    second: np.ndarray
+    noise: np.ndarray
+    penalty: np.ndarray
+
+
+def _one_slope(pairs: _Pairs, rates: np.ndarray) -> LateMaps:
     """Solve the linear problem of the slowest slope alone."""
-    count = known.sum(axis=1)
+    count = pairs.known.sum(axis=1)
     # Rows' mean levels are regressed around their common mean, so that the ridge
     # pulls towards an even field and not towards silence.
-    level = np.where(known, data + rates[0] * times, 0.0).sum(axis=1)
+    rising = pairs.data + rates[0] * pairs.times
+    level = np.where(pairs.known, rising, 0.0).sum(axis=1)
     total = max(int(count.sum()), 1)
     mean = float(level.sum()) / total
-    both = first + second
-    normal = (both * count[:, None]).T @ both + np.diag(penalty)
+    both = pairs.first + pairs.second
+    normal = (both * count[:, None]).T @ both + np.diag(pairs.penalty)
     right = both.T @ (level - mean * count)
     weights = np.linalg.solve(normal, right)
-    flags = penalty == FLAG_RIDGE
+    flags = pairs.penalty == FLAG_RIDGE
     weights[flags] += 0.5 * mean
     empty = np.zeros((len(rates) - 1, len(weights)))
     return LateMaps(np.asarray(rates, dtype=float), weights, empty)
@@ -214,21 +218,14 @@ def _modelled(
     return level - maps.rates[0] * times + np.log(held), total
 
 
-def _refined(
-    maps: LateMaps,
-    data: np.ndarray,
-    known: np.ndarray,
-    times: np.ndarray,
-    ends: tuple[np.ndarray, np.ndarray],
-    noise: np.ndarray,
-    penalty: np.ndarray,
-) -> tuple[LateMaps, float]:
-    """Descend with damping until the cost settles."""
+def _refined(maps: LateMaps, pairs: _Pairs) -> tuple[LateMaps, float]:
+    """Descend with damping until the cost falls no more."""
+    penalty, ends = pairs.penalty, (pairs.first, pairs.second)
     center = np.zeros_like(maps.level)
     flags = penalty == FLAG_RIDGE
     center[flags] = maps.level[flags].mean()
     damping, stiff = 1e-2, _stiffened(penalty)
-    cost, moments = _measure(maps, data, known, times, ends, noise, penalty, center)
+    cost, moments = _measure(maps, pairs, center)
     for _ in range(STEPS):
         step_level, step_shares = descend(
             moments, ends, maps.shares, (penalty, stiff), damping
@@ -236,9 +233,7 @@ def _refined(
         trial = replace(
             maps, level=maps.level + step_level, shares=maps.shares + step_shares
         )
-        new, new_moments = _measure(
-            trial, data, known, times, ends, noise, penalty, center
-        )
+        new, new_moments = _measure(trial, pairs, center)
         if new >= cost:
             damping *= 8
             if damping > 1e6:
@@ -257,25 +252,17 @@ def _stiffened(penalty: np.ndarray) -> np.ndarray:
 
 
 def _measure(
-    maps: LateMaps,
-    data: np.ndarray,
-    known: np.ndarray,
-    times: np.ndarray,
-    ends: tuple[np.ndarray, np.ndarray],
-    noise: np.ndarray,
-    penalty: np.ndarray,
-    center: np.ndarray,
+    maps: LateMaps, pairs: _Pairs, center: np.ndarray
 ) -> tuple[float, DerivativeSums]:
     """Return the cost and what a step needs of the residuals."""
-    first, second = ends
-    log, total = _modelled(maps, first, second, times)
+    log, total = _modelled(maps, pairs.first, pairs.second, pairs.times)
     own = np.exp(log)
-    energy = own + noise[:, None]
-    gap = np.where(known, data - np.log(energy), 0.0)
-    slope = np.where(known, own / energy, 0.0)
-    waves = _waves(maps, times)
-    pull = (maps.level - center) * penalty
-    hold = maps.shares * _stiffened(penalty)
+    energy = own + pairs.noise[:, None]
+    gap = np.where(pairs.known, pairs.data - np.log(energy), 0.0)
+    slope = np.where(pairs.known, own / energy, 0.0)
+    waves = _waves(maps, pairs.times)
+    pull = (maps.level - center) * pairs.penalty
+    hold = maps.shares * _stiffened(pairs.penalty)
     cost = (gap**2).sum() + (pull * (maps.level - center)).sum()
     cost += (hold * maps.shares).sum()
     inverse = np.where(total > LEAST_SUM, 1 / np.maximum(total, LEAST_SUM), 0.0)

@@ -54,11 +54,11 @@ def choose_variant(
         tried[str(number)] = one.trimmed(rows, early, energies, guide)
     best = _best(tried, rows, *said)
     tried = {}
-    for calm in LATE_GAINS:
-        one = replace(best, agreement=replace(best.agreement, calm=calm))
+    for gain in LATE_GAINS:
+        one = replace(best, agreement=replace(best.agreement, late_gain=gain))
         told = one.apply(early, rows.emitters, rows.listeners, guide)
         taps = tilt_filter(rows.responses, told, rows.sample_rate)
-        tried |= {f"{calm}": one, f"{calm} finished": replace(one, finish=taps)}
+        tried |= {f"{gain}": one, f"{gain} finished": replace(one, finish=taps)}
     return _best(tried, rows, *said, lean=LEAN)
 
 

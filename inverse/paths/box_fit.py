@@ -17,7 +17,7 @@ from inverse.paths.room import FRONT, GEOMETRY, BoxRoom
 from inverse.rows.fitset import FitSet
 from rir.arrays import FloatArray
 
-__all__ = ["BoxStep", "fit_room"]
+__all__ = ["BoxStep", "fit_room", "quick_energies", "slow_columns"]
 
 WALL = GEOMETRY + 6
 MOST_FACTOR = 1.0  # of reflection: a wall adds no energy
@@ -133,8 +133,13 @@ def _sums(
 
 def _errors(rows: FitSet, room: BoxRoom, targets: FloatArray) -> FloatArray:
     gap = targets - room.render(rows.emitters, rows.listeners, targets.shape[1])
-    free = gap @ slow_columns(targets.shape[1], room.sample_rate)
-    return (gap**2).sum(axis=1) - (free**2).sum(axis=1)
+    return quick_energies(gap, room.sample_rate)
+
+
+def quick_energies(sound: FloatArray, sample_rate: float) -> FloatArray:
+    """Return energies without what lies below `SLOW_HZ`, shape (rows,)."""
+    slow = sound @ slow_columns(sound.shape[1], sample_rate)
+    return (sound**2).sum(axis=1) - (slow**2).sum(axis=1)
 
 
 @lru_cache(maxsize=8)

@@ -5,7 +5,14 @@ from numpy.typing import NDArray
 
 from rir.arrays import FloatArray
 
-__all__ = ["TRIES", "damped_step", "root_mean_square", "row_weights", "trust"]
+__all__ = [
+    "TRIES",
+    "damped_step",
+    "root_mean_square",
+    "row_weights",
+    "spread_of",
+    "trust",
+]
 
 TRIES = 4  # tenfold dampings of a step that does not help before a stage ends
 
@@ -34,6 +41,13 @@ def damped_step(
     scaled[np.diag_indices_from(scaled)] += damping + 1e-9
     step[active] = np.linalg.solve(scaled, right[active] / scale) / scale
     return step
+
+
+def spread_of(covariance: FloatArray, active: NDArray[np.bool_]) -> FloatArray:
+    """Return each parameter's standard deviation; NaN where it was held."""
+    spread = np.full(len(active), np.nan)
+    spread[active] = np.sqrt(np.clip(np.diag(covariance), 0, None))
+    return spread
 
 
 def root_mean_square(spread: FloatArray) -> float:

@@ -16,6 +16,7 @@ from rir.harmonics_kernel import order_of, turned_harmonics
 __all__ = [
     "accumulate_rows",
     "add_pulse",
+    "add_row",
     "fill_pulse",
     "fill_slope",
     "path_gain",
@@ -297,16 +298,27 @@ def accumulate_rows(
                                             start,
                                             bare * first[k],
                                         )
-        for i in range(n):
-            model[i] = targets[row, i] - model[i]
-        free = np.dot(slow.T, model)
-        misfit[row] = np.dot(model, model) - np.dot(free, free)
-        if weights[row] > 0.0:
-            freed = np.dot(jacobian, slow)
-            square += weights[row] * np.dot(jacobian, jacobian.T)
-            square -= weights[row] * np.dot(freed, freed.T)
-            right += weights[row] * np.dot(jacobian, model)
-            right -= weights[row] * np.dot(freed, free)
+        misfit[row] = add_row(
+            targets[row], model, jacobian, weights[row], slow, square, right
+        )
+
+
+@njit(cache=True, fastmath=True)
+def add_row(target, model, jacobian, weight, slow, square, right):
+    """Add a row to the normal equations; return its squared error.
+
+    What lies in the columns of `slow` is not counted; `model` becomes the residual.
+    """
+    for i in range(len(target)):
+        model[i] = target[i] - model[i]
+    free = np.dot(slow.T, model)
+    if weight > 0.0:
+        freed = np.dot(jacobian, slow)
+        square += weight * np.dot(jacobian, jacobian.T)
+        square -= weight * np.dot(freed, freed.T)
+        right += weight * np.dot(jacobian, model)
+        right -= weight * np.dot(freed, free)
+    return np.dot(model, model) - np.dot(free, free)
 
 
 @njit(cache=True, fastmath=True)

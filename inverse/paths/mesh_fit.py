@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from inverse.paths.box_fit import slow_columns
+from inverse.paths.box_fit import quick_energies, slow_columns
 from inverse.paths.descent import (
     TRIES,
     damped_step,
     root_mean_square,
     row_weights,
+    spread_of,
     trust,
 )
 from inverse.paths.mesh_room import MeshRoom
@@ -71,16 +72,14 @@ class PlaneFit:
     def plane_sd(self) -> FloatArray:
         """Return each plane's standard deviation, shape (P,), metres; NaN if fixed."""
         count = len(self.room.walls)
-        spread = np.full(len(self.active), np.nan)
-        spread[self.active] = np.sqrt(np.clip(np.diag(self.covariance), 0, None))
+        spread = spread_of(self.covariance, self.active)
         return spread[AIR : AIR + 3 * count].reshape(count, 3)[:, 2]
 
 
 def family_sd(fit: PlaneFit) -> dict[str, float]:
     """Return the standard deviation of each kind of parameter, rms over it."""
     count, room = len(fit.room.walls), fit.room
-    spread = np.full(len(fit.active), np.nan)
-    spread[fit.active] = np.sqrt(np.clip(np.diag(fit.covariance), 0, None))
+    spread = spread_of(fit.covariance, fit.active)
     planes = spread[AIR : AIR + 3 * count].reshape(count, 3)
     level = max(abs(float(room.emitting[0])), 1e-300)
     families = {
@@ -160,8 +159,7 @@ def _covariance(
 def squared_errors(rows: FitSet, room: MeshRoom, targets: FloatArray) -> FloatArray:
     """Return each row's squared error above the slow part, shape (rows,)."""
     gap = targets - room.render(rows.emitters, rows.listeners, targets.shape[1])
-    free = gap @ slow_columns(targets.shape[1], room.sample_rate)
-    return (gap**2).sum(axis=1) - (free**2).sum(axis=1)
+    return quick_energies(gap, room.sample_rate)
 
 
 def _active(room: MeshRoom, step: MeshStep) -> BoolArray:

@@ -8,6 +8,7 @@ from numba import njit
 from inverse.paths.lattice_kernel import (
     NEAREST_M,
     add_pulse,
+    add_row,
     fill_pulse,
     fill_slope,
     path_gain,
@@ -219,13 +220,6 @@ def accumulate_paths(
             for j in range(len(emitting)):
                 if active[pattern_at + j]:
                     add_pulse(jacobian[pattern_at + j], pulse, start, bare * first[j])
-        for i in range(n):
-            model[i] = targets[r, i] - model[i]
-        free = np.dot(slow.T, model)
-        misfit[r] = np.dot(model, model) - np.dot(free, free)
-        if weights[r] > 0.0:
-            freed = np.dot(jacobian, slow)
-            square += weights[r] * np.dot(jacobian, jacobian.T)
-            square -= weights[r] * np.dot(freed, freed.T)
-            right[r] = weights[r] * np.dot(jacobian, model)
-            right[r] -= weights[r] * np.dot(freed, free)
+        misfit[r] = add_row(
+            targets[r], model, jacobian, weights[r], slow, square, right[r]
+        )

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from inverse.paths.bank import PulseBank, ideal_bank
 from inverse.paths.box_fit import BoxStep, fit_room, slow_columns
 from inverse.paths.coloring import Coloring
-from inverse.paths.descent import root_mean_square
+from inverse.paths.descent import root_mean_square, spread_of
 from inverse.paths.oriented_box import OrientedBox
 from inverse.paths.polish import polished, without_coloring
 from inverse.paths.room import OMNI, BoxRoom
@@ -81,9 +81,7 @@ class FittedRoom:
         (s; small, for the pulse takes it), six reflection factors, harmonics of the
         emitter's pattern.
         """
-        spread = np.full(len(self.active), np.nan)
-        spread[self.active] = np.sqrt(np.clip(np.diag(self.covariance), 0, None))
-        return spread
+        return spread_of(self.covariance, self.active)
 
     def wall_sd(self) -> FloatArray:
         """Return the standard deviation of each wall's place, shape (6,), metres."""

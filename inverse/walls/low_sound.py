@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from inverse.paths.bank import PulseBank, ideal_bank
-from inverse.paths.box_fit import BoxStep, fit_room, slow_columns
+from inverse.paths.box_fit import BoxStep, fit_room, quick_energies
 from inverse.paths.oriented_box import OrientedBox
 from inverse.paths.room import OMNI, BoxRoom
 from inverse.paths.shoebox import FIRST_FACTOR
@@ -71,8 +71,7 @@ class LowSound:
         rate = rows.sample_rate / thin
         kept = int((WINDOW_S + direct.latency_s) * rate) + LEAD
         sound = _thinned(few.responses, thin)[:, :kept]
-        slow = slow_columns(sound.shape[1], rate)
-        energy = float((sound**2).sum() - ((sound @ slow) ** 2).sum())
+        energy = float(quick_energies(sound, rate).sum())
         peak = direct.pulse[int(np.argmax(np.abs(direct.pulse)))]
         return cls(
             replace(few, responses=sound, sample_rate=rate),
@@ -115,8 +114,7 @@ class LowSound:
         gap = rows.responses - room.render(
             rows.emitters, rows.listeners, rows.n_samples
         )
-        free = gap @ slow_columns(rows.n_samples, rows.sample_rate)
-        return float((gap**2).sum() - (free**2).sum())
+        return float(quick_energies(gap, rows.sample_rate).sum())
 
 
 def _thinned(responses: FloatArray, thin: int) -> FloatArray:
