@@ -4,7 +4,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-__all__ = ["METRIC_UNITS", "Scores", "compare_rows", "mean_scores", "row_scores"]
+__all__ = [
+    "METRIC_UNITS",
+    "Scores",
+    "compare_rows",
+    "mean_scores",
+    "row_scores",
+    "score_units",
+]
 
 METRIC_UNITS = {
     "Amp": "",
@@ -21,6 +28,18 @@ PRINTED_FACTOR = {"Env": 100.0, "T60": 100.0, "EDT": 1000.0}
 """Fractions are printed in %, seconds in ms."""
 
 Scores = dict[str, float]
+
+
+def score_units(flavour: str = "paper") -> dict[str, str]:
+    """Return the metrics that rows are scored by, with the units of their tables.
+
+    Those of other installed packages follow the paper's, where they have the flavour.
+    """
+    from analysis.differences import compared_symbols
+    from analysis.metrics import METRICS
+
+    added = [name for name in compared_symbols(flavour) if name not in METRIC_UNITS]
+    return METRIC_UNITS | {name: METRICS[name].table_unit for name in added}
 
 
 def compare_rows(
@@ -42,19 +61,23 @@ def row_scores(
     found = dict(paper_metrics(first, second, sample_rate, flavour=flavour))
     rate = round(sample_rate)
     found["STFT*"] = METRICS["STFT"].difference(second, first, rate, flavour)
-    return {
+    scores = {
         name: np.atleast_1d(found[name]) * PRINTED_FACTOR.get(name, 1.0)
         for name in METRIC_UNITS
     }
+    for name in [one for one in score_units(flavour) if one not in scores]:
+        values = METRICS[name].difference(first, second, rate, flavour)
+        scores[name] = np.atleast_1d(values) * METRICS[name].table_factor
+    return scores
 
 
 def mean_scores(parts: Sequence[dict[str, np.ndarray]]) -> Scores:
     """Return the mean of each metric over the rows that have a value, else NaN."""
     if not parts:
-        return dict.fromkeys(METRIC_UNITS, float("nan"))
+        return dict.fromkeys(score_units(), float("nan"))
     return {
         name: _nan_mean(np.concatenate([part[name] for part in parts]))
-        for name in METRIC_UNITS
+        for name in parts[0]
     }
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from fields.comparison.sets import DividedSet
-from fields.evaluate import METRIC_UNITS, score
+from fields.evaluate import score, score_units
 from fields.field import Field
 from fields.plan import TrainingPlan
 from fields.run import UNLIMITED_STEPS, train_on
@@ -76,7 +76,7 @@ def measure_training(
         [(value, budget) for value in values or [None] for budget in budgets],
         run,
         lambda field: score(field, divided.test),
-        units=METRIC_UNITS,
+        units=score_units(),
         rng=np.random.default_rng(seed),
         repeats=repeats,
         mark=divided.mark,

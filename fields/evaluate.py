@@ -2,12 +2,26 @@
 
 import numpy as np
 
-from analysis.scores import METRIC_UNITS, Scores, compare_rows, mean_scores, row_scores
+from analysis.scores import (
+    METRIC_UNITS,
+    Scores,
+    compare_rows,
+    mean_scores,
+    row_scores,
+    score_units,
+)
 from fields.data import FieldData
 from fields.field import Field
 from rir.errors import TrainingError
 
-__all__ = ["METRIC_UNITS", "Scores", "chance_scores", "compare_rows", "score"]
+__all__ = [
+    "METRIC_UNITS",
+    "Scores",
+    "chance_scores",
+    "compare_rows",
+    "score",
+    "score_units",
+]
 
 SCORED_ROWS = 256
 """Rows scored in one go: bounds memory; the means do not depend on it."""
@@ -31,7 +45,7 @@ def score(field: Field, data: FieldData, *, flavour: str = "paper") -> Scores:
     Returns
     -------
     dict
-        Values in :data:`METRIC_UNITS`; NaN where no row has a value.
+        Values in the units of :func:`score_units`; NaN where no row has a value.
 
     Raises
     ------

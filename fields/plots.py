@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from fields.data import FieldData
-from fields.evaluate import METRIC_UNITS
+from fields.evaluate import score_units
 from fields.field import Field
 from fields.results import ResultTable
 
@@ -49,13 +49,14 @@ def plot_results(
 def _draw_scores(axes: Any, table: ResultTable) -> None:
     chance = next(row for row in table.rows if row["method"] == "chance")
     methods = [row for row in table.rows if row is not chance]
-    places = np.arange(len(METRIC_UNITS))
+    names = [name for name in score_units() if name in chance]
+    places = np.arange(len(names))
     width = 0.8 / max(len(methods), 1)
     for number, row in enumerate(methods):
-        heights = [_ratio(row[name], chance[name]) for name in METRIC_UNITS]
+        heights = [_ratio(row[name], chance[name]) for name in names]
         axes.bar(places + number * width, heights, width, label=row["method"])
     axes.axhline(1.0, color="black", linewidth=0.8, linestyle=":")
-    axes.set_xticks(places + 0.4 - width / 2, list(METRIC_UNITS))
+    axes.set_xticks(places + 0.4 - width / 2, names)
     axes.set_ylabel("difference / chance")
     axes.legend(fontsize="small")
 

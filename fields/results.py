@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fields.evaluate import METRIC_UNITS, Scores
+from fields.evaluate import Scores, score_units
 from rir.schema import Schema
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class ResultTable:
             **TABLE.stamp,
             "title": self.title,
             "mark": self.mark,
-            "units": METRIC_UNITS,
+            "units": score_units(),
             "rows": [_plain(row) for row in self.rows],
             "notes": self.notes,
         }
@@ -61,11 +61,12 @@ class ResultTable:
         table = Table(title=f"{self.title} [{self.mark}]", caption_justify="left")
         table.caption = "\n".join(self.notes)
         table.add_column("method")
-        for name, unit in METRIC_UNITS.items():
+        units = score_units()
+        for name, unit in units.items():
             table.add_column(f"{name} {unit}".strip(), justify="right")
         table.add_column("CPU s", justify="right")
         for row in self.rows:
-            cells = [_cell(row.get(name)) for name in METRIC_UNITS]
+            cells = [_cell(row.get(name)) for name in units]
             table.add_row(row["method"], *cells, _cell(row.get("seconds"), 1))
         return table
 

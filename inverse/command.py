@@ -10,6 +10,7 @@ from inverse.acoustics import Acoustics
 from inverse.find import CUT, find_room
 from inverse.plan.described import described_walls
 from inverse.plan.ground_plan import GroundPlan, plan_of
+from inverse.plan.plan_plot import write_plan
 from inverse.rows.reading import read_rows
 from inverse.search import PriorKnowledge, SearchSettings
 from rir import Dataset
@@ -71,6 +72,11 @@ def find_and_report(request: RoomRequest) -> Acoustics:
     console = make_console()
     dataset = request.dataset()
     gains = dataset.emitter_gain, dataset.listener_gain
+    if request.drawn in ("auto", "blind"):
+        raise ConfigError(
+            f"--drawn {request.drawn} names no mesh, room file or scene: leave it out"
+            " to find the room blind"
+        )
     prior = PriorKnowledge.of(request.drawn or "blind", None, *gains)
     longest = CUT * request.reach_s
     folder = request.folder()
@@ -103,7 +109,7 @@ def find_and_report(request: RoomRequest) -> Acoustics:
         console.out(f"their paths explain {part:.0f} % of the energy")
     for alarm in plan.alarms:
         console.out(f"! {alarm}")
-    written = [*plan.write(folder), acoustics.save(folder / "room.npz")]
+    written = [*write_plan(plan, folder), acoustics.save(folder / "room.npz")]
     console.out("wrote " + ", ".join(str(path) for path in written))
     return acoustics
 

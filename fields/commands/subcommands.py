@@ -81,7 +81,7 @@ def draw_map(
     """Draw loudness and phase over a plane, and check the field's reciprocity."""
     import numpy as np
 
-    from fields.evaluate import METRIC_UNITS
+    from fields.evaluate import score_units
     from fields.field import load_field
     from fields.maps import check_reciprocity, draw_more, make_map, plot_map
     from rir import Pose
@@ -95,7 +95,8 @@ def draw_map(
     plot_map(target, shown, f"{field.name}, emitter at {place}")
     shown.save(target.with_suffix(".npz"))
     gap = check_reciprocity(field, rng=np.random.default_rng(0))
-    told = ", ".join(f"{n} {v:.3g} {METRIC_UNITS[n]}".strip() for n, v in gap.items())
+    units = score_units()
+    told = ", ".join(f"{n} {v:.3g} {units[n]}".strip() for n, v in gap.items())
     console = make_console()
     console.out(field.frame.mark, style="bold", end=" ")
     console.out(f"{field.name}: {target}")

@@ -14,7 +14,7 @@ from fields.comparison.pattern_check import check_pattern
 from fields.comparison.sets import DividedSet, built_in, open_divided
 from fields.comparison.table import comparison_table, plot_comparison
 from fields.data import FieldData
-from fields.evaluate import METRIC_UNITS, Scores, compare_rows, score
+from fields.evaluate import Scores, compare_rows, score, score_units
 from fields.field import Field, report_of
 from fields.plan import TrainingPlan
 from fields.results import ResultTable
@@ -221,6 +221,6 @@ def _job_row(
     waiting.write_text(json.dumps(row))
     waiting.replace(path)
     shutil.rmtree(checkpoints, ignore_errors=True)
-    figures = ", ".join(f"{name} {row[name]:.3f}" for name in METRIC_UNITS)
+    figures = ", ".join(f"{name} {row[name]:.3f}" for name in score_units())
     tell(f"{divided.name}: {job.method}, seed {job.seed}: {figures}")
     return row

@@ -9,7 +9,7 @@ import numpy as np
 from fields.comparison.config import CompareConfig
 from fields.comparison.sets import DividedSet, jitter_floor
 from fields.convergence import AT_REST, late_fall
-from fields.evaluate import METRIC_UNITS, Scores, chance_scores, compare_rows, score
+from fields.evaluate import Scores, chance_scores, compare_rows, score, score_units
 from fields.plan import TrainingPlan
 from fields.results import ResultTable
 from fields.run import train_on
@@ -113,17 +113,20 @@ def _by_method(rows: list[dict[str, Any]]) -> dict[str, list[dict[str, Any]]]:
 
 
 def _mean(rows: list[dict[str, Any]]) -> Scores:
-    return {name: _average([row[name] for row in rows]) for name in METRIC_UNITS}
+    return {
+        name: _average([row.get(name, np.nan) for row in rows])
+        for name in score_units()
+    }
 
 
 def _checks(rows: list[dict[str, Any]]) -> dict[str, float]:
     found = {
-        f"spread {name}": float(np.std([row[name] for row in rows]))
-        for name in METRIC_UNITS
+        f"spread {name}": float(np.std([row.get(name, np.nan) for row in rows]))
+        for name in score_units()
     }
     found |= {
-        f"swap {name}": _average([row["swap"][name] for row in rows])
-        for name in METRIC_UNITS
+        f"swap {name}": _average([row["swap"].get(name, np.nan) for row in rows])
+        for name in score_units()
     }
     found["swap seen C50"] = _average(
         [row.get("swap seen", {}).get("C50", np.nan) for row in rows]
@@ -153,10 +156,10 @@ def _curve(rows: list[dict[str, Any]]) -> list[dict[str, float]]:
     """Return what was watched, and the end, averaged over the seeds."""
     curves = [[*row["report"].get("curve", []), row] for row in rows]
     shortest = min(map(len, curves))
-    names = ("seconds", *METRIC_UNITS)
+    names = ("seconds", *score_units())
     # Seeds that skipped a mark still share the end.
     aligned = zip(*(curve[-shortest:] for curve in curves), strict=True)
     return [
-        {name: _average([one[name] for one in points]) for name in names}
+        {name: _average([one.get(name, np.nan) for one in points]) for name in names}
         for points in aligned
     ]

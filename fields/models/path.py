@@ -25,6 +25,7 @@ from inverse.find import find_room
 from inverse.guard import needs_network
 from inverse.plan.described import box_triangles
 from inverse.plan.ground_plan import GroundPlan, plan_of
+from inverse.plan.plan_plot import write_plan
 from inverse.rows.reading import as_rows
 from inverse.search import PriorKnowledge, SearchSettings
 from rir import GainPattern, Pose, Poses
@@ -105,7 +106,7 @@ class PathField:
 
     def draw(self, folder: Path) -> list[Path]:
         """Write plan.png and plan.json into a folder."""
-        return self.plan().write(folder) if len(self.ends) else []
+        return write_plan(self.plan(), folder) if len(self.ends) else []
 
     def save(self, path: str | Path) -> Path:
         """Write the field to ``path`` with the ending .npz."""

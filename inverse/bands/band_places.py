@@ -28,24 +28,16 @@ FARTHEST = 3.0
 
 @dataclass(frozen=True, eq=False)
 class PlaceFit:
-    """Hold what moved and how well it is known.
-
-    Parameters
-    ----------
-    banded : BandedRoom
-        With its geometry moved.
-    data : BandData
-        With its places moved.
-    shifts : ndarray, shape (rows, 6)
-        Of listener and emitter in the frame of the box, metres.
-    covariance : ndarray, shape (11, 11)
-        Of turn, low, high, speed of sound and latency in samples.
-    """
+    """Hold what moved and how well it is known."""
 
     banded: BandedRoom
+    """With its geometry moved."""
     data: BandData
+    """With its places moved."""
     shifts: FloatArray
+    """Of listener and emitter in the frame of the box, metres. Shape (rows, 6)."""
     covariance: FloatArray
+    """Of turn, low, high, speed of sound and latency in samples. Shape (11, 11)."""
 
 
 def fit_places(

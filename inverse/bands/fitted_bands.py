@@ -15,18 +15,12 @@ __all__ = ["FittedBandedRoom", "bands_of"]
 
 @dataclass(frozen=True, eq=False)
 class FittedBandedRoom(FittedRoom):
-    """Hold a fitted box with what each half octave adds.
-
-    Parameters
-    ----------
-    banded : BandedRoom
-        Walls, air and devices of each half octave.
-    tones : ndarray, shape (octaves, bins), optional
-        Gains that give each tile the energy it has on average.
-    """
+    """Hold a fitted box with what each half octave adds."""
 
     banded: BandedRoom
+    """Walls, air and devices of each half octave."""
     tones: FloatArray | None = None
+    """Gains that give each tile the energy it has on average. Shape (octaves, bins)."""
 
     def predict(self, emitters: Poses, listeners: Poses, n_samples: int) -> FloatArray:
         """Return all paths' sound, shape (rows, n_samples)."""

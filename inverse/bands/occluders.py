@@ -29,21 +29,14 @@ def voxels_of(box: OrientedBox) -> NDArray[np.int64]:
 
 @dataclass(frozen=True, eq=False)
 class Occluders:
-    """Hold voxels of a box, x slowest, and what a metre through each keeps.
-
-    Parameters
-    ----------
-    shape : ndarray of int, shape (3,)
-        Voxels along each axis.
-    hertz : ndarray, shape (groups,)
-        Middles of the bands that were measured.
-    depths : ndarray, shape (groups, voxels)
-        Nepers a metre.
-    """
+    """Hold voxels of a box, x slowest, and what a metre through each keeps."""
 
     shape: NDArray[np.int64]
+    """Voxels along each axis. Shape (3,)."""
     hertz: FloatArray
+    """Middles of the bands that were measured. Shape (groups,)."""
     depths: FloatArray
+    """Nepers a metre. Shape (groups, voxels)."""
 
     @cached_property
     def solid(self) -> NDArray[np.bool_]:

@@ -13,8 +13,7 @@ from inverse.bands.band_arrivals import (
 )
 from inverse.bands.band_kernel import image_arrays, list_images, pattern_gains
 from inverse.bands.band_sums import residual_of
-from inverse.paths.lattice_kernel import path_slopes
-from inverse.paths.room import GEOMETRY
+from inverse.paths.lattice_kernel import GEOMETRY, path_slopes
 
 __all__ = ["accumulate_places"]
 

@@ -15,18 +15,13 @@ __all__ = ["Scatterers"]
 
 @dataclass(frozen=True, eq=False)
 class Scatterers:
-    """Hold points that scatter alike to all sides, so that ends may be exchanged.
-
-    Parameters
-    ----------
-    points : ndarray, shape (points, 3)
-        Where they stand in the room, metres.
-    gains : ndarray, shape (bands, points)
-        Complex amplitude at 1 m of a wave of amplitude 1, metres.
-    """
+    """Hold points that scatter alike to all sides, so that ends may be exchanged."""
 
     points: FloatArray
+    """Where they stand in the room, metres. Shape (points, 3)."""
     gains: ComplexArray
+    """Complex amplitude at 1 m of a wave of amplitude 1, metres. Shape (bands,
+    points)."""
 
     def __len__(self) -> int:
         return len(self.points)

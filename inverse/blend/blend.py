@@ -39,36 +39,24 @@ ROWS_S = 0.25  # later than this rows of other places say nothing but energies
 
 @dataclass(frozen=True, eq=False)
 class Blend:
-    """Complete the sound of paths by interpolated rows and late sound.
-
-    Parameters
-    ----------
-    rows : AlignedRows or None
-        Rows to interpolate between; None where they help nowhere.
-    aimed : bool
-        Whether rows alike in the loudspeaker's frame are heard as well.
-    weights : ndarray, shape (voices, bands, bins)
-        Of the paths, the rows and the rows alike.
-    completion : Completion
-        Energies and late sound.
-    guided : bool
-        Whether energies are those of interpolated rows, in place of the mixture's.
-    levels : DirectLevels or None
-        Levels of direct sounds.
-    proof : Proof
-        Scores at emitters left out.
-    alarms : list of str
-        What a person should know.
-    """
+    """Complete the sound of paths by interpolated rows and late sound."""
 
     rows: AlignedRows | None
+    """Rows to interpolate between; None where they help nowhere."""
     aimed: bool
+    """Whether rows alike in the loudspeaker's frame are heard as well."""
     weights: FloatArray
+    """Of the paths, the rows and the rows alike. Shape (voices, bands, bins)."""
     completion: Completion
+    """Energies and late sound."""
     guided: bool = False
+    """Whether energies are those of interpolated rows, in place of the mixture's."""
     levels: DirectLevels | None = None
+    """Levels of direct sounds."""
     proof: Proof = field(default_factory=Proof)
+    """Scores at emitters left out."""
     alarms: list[str] = field(default_factory=list)
+    """What a person should know."""
 
     @classmethod
     def fit(

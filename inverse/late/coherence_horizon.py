@@ -14,22 +14,15 @@ TEMPERATURE_SD_K = 0.1  # between takes, in a closed room within an hour
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """Say what is not known exactly.
-
-    Parameters
-    ----------
-    pose_sd_m : float
-        Of each coordinate of each end, metres.
-    temperature_sd_k : float
-        Between recordings, kelvin.
-    walls : callable, optional
-        Standard deviation of a path's length that the walls' covariance gives,
-        metres, of the length itself, metres.
-    """
+    """Say what is not known exactly."""
 
     pose_sd_m: float = POSE_SD_M
+    """Of each coordinate of each end, metres."""
     temperature_sd_k: float = TEMPERATURE_SD_K
+    """Between recordings, kelvin."""
     walls: Callable[[np.ndarray], np.ndarray] | None = None
+    """Standard deviation of a path's length that the walls' covariance gives, metres,
+    of the length itself, metres."""
 
     def length_sd(self, lengths: np.ndarray) -> np.ndarray:
         """Return the standard deviation of path lengths, metres."""

@@ -34,33 +34,22 @@ BEGUN = 0.1  # part of a bin after the direct sound from which its energies comp
 
 @dataclass(frozen=True, eq=False)
 class Completion:
-    """Complete the sound of paths, the same in both directions.
-
-    Parameters
-    ----------
-    tiles : Tiles
-        Octaves and bins.
-    model : EnergyModel
-        Energy of any pair.
-    gate : Gate
-        Which tiles the paths fill.
-    tail : EvenTail
-        Waveform of what the energy model fills.
-    agreement : Agreement
-        How much of each tile's energy keeps its waveform.
-    alarms : list of str
-        What a person should know.
-    finish : numpy.ndarray
-        Filter of the whole answer, shape (taps,).
-    """
+    """Complete the sound of paths, the same in both directions."""
 
     tiles: Tiles
+    """Octaves and bins."""
     model: EnergyModel
+    """Energy of any pair."""
     gate: Gate
+    """Which tiles the paths fill."""
     tail: EvenTail
+    """Waveform of what the energy model fills."""
     agreement: Agreement
+    """How much of each tile's energy keeps its waveform."""
     alarms: list[str] = field(default_factory=list)
+    """What a person should know."""
     finish: np.ndarray = field(default_factory=lambda: np.ones(1))
+    """Filter of the whole answer, shape (taps,)."""
 
     @classmethod
     def fit(

@@ -29,24 +29,16 @@ NEAREST_M = 0.1  # ends closer than devices are large count as that far apart
 
 @dataclass(frozen=True, eq=False)
 class EnergyModel:
-    """Hold the energy model of all octaves.
-
-    Parameters
-    ----------
-    maps : tuple of LateMaps
-        One an octave.
-    profiles : numpy.ndarray
-        Weights of the corrections, shape (bands, regressors).
-    features : PlaceFeatures
-        Of a place.
-    speed_of_sound : float
-        Metres per second.
-    """
+    """Hold the energy model of all octaves."""
 
     maps: tuple[LateMaps, ...]
+    """One an octave."""
     profiles: np.ndarray
+    """Weights of the corrections, shape (bands, regressors)."""
     features: PlaceFeatures
+    """Of a place."""
     speed_of_sound: float
+    """Metres per second."""
 
     def __call__(
         self, first: np.ndarray, second: np.ndarray, tiles: Tiles

@@ -35,26 +35,18 @@ class EvenTail:
     """Hold one even waveform that every pair gets after its direct sound.
 
     The same at all places: symmetric and without jumps, but not spatial.
-
-    Parameters
-    ----------
-    seed : int
-        Of the first noise.
-    samples_a_metre : float
-        Sample rate over speed of sound.
-    n_samples : int
-        Length of a response.
-    sample_rate : float
-        Hertz.
-    tint : numpy.ndarray
-        Filter that gives the waveform the spectral shape of the room's late sound.
     """
 
     seed: int
+    """Of the first noise."""
     samples_a_metre: float
+    """Sample rate over speed of sound."""
     n_samples: int
+    """Length of a response."""
     sample_rate: float
+    """Hertz."""
     tint: np.ndarray = field(default_factory=lambda: np.ones(1))
+    """Filter that gives the waveform the spectral shape of the room's late sound."""
 
     def brought(
         self, first: np.ndarray, second: np.ndarray, tiles: Tiles, energies: np.ndarray

@@ -15,21 +15,14 @@ NEAR = 1.0  # spacings: bumps farther from all places are known from none
 
 @dataclass(frozen=True, eq=False)
 class PlaceFeatures:
-    """Turn places into bumps on a grid and shares of regions.
-
-    Parameters
-    ----------
-    centers : numpy.ndarray
-        Middles of the bumps, shape (bumps, 3), metres.
-    spacing : float
-        Distance of neighbouring bumps, and their width, metres.
-    regions : Regions
-        Which region a place lies in.
-    """
+    """Turn places into bumps on a grid and shares of regions."""
 
     centers: np.ndarray
+    """Middles of the bumps, shape (bumps, 3), metres."""
     spacing: float
+    """Distance of neighbouring bumps, and their width, metres."""
     regions: Regions
+    """Which region a place lies in."""
 
     @classmethod
     def of(cls, places: np.ndarray, regions: Regions) -> "PlaceFeatures":

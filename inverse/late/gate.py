@@ -41,31 +41,22 @@ class TileEnergies:
 
 @dataclass(frozen=True, eq=False)
 class Gate:
-    """Say what is made of the paths in each tile.
-
-    Parameters
-    ----------
-    gains : numpy.ndarray
-        Amplitude gain of the paths, shape (kinds, bands, bins): first for ends in
-        one region, then for ends apart.
-    shares : numpy.ndarray
-        How much of the tile's energy the paths bring, 0 to 1; the tail brings the
-        rest. Same shape.
-    weights : numpy.ndarray
-        How much the paths' energy is believed beside the energy model's, 0 to 1;
-        1 where nothing is to be changed but the gain. Same shape.
-    coherence : numpy.ndarray
-        As measured, same shape.
-    trims : numpy.ndarray
-        Amplitude gain of the whole answer, so that each tile's energy is right on
-        average; 1 where nothing but the paths speaks. Same shape.
-    """
+    """Say what is made of the paths in each tile."""
 
     gains: np.ndarray
+    """Amplitude gain of the paths, shape (kinds, bands, bins): first for ends in one
+    region, then for ends apart."""
     shares: np.ndarray
+    """How much of the tile's energy the paths bring, 0 to 1; the tail brings the rest.
+    Same shape."""
     weights: np.ndarray
+    """How much the paths' energy is believed beside the energy model's, 0 to 1; 1 where
+    nothing is to be changed but the gain. Same shape."""
     coherence: np.ndarray
+    """As measured, same shape."""
     trims: np.ndarray
+    """Amplitude gain of the whole answer, so that each tile's energy is right on
+    average; 1 where nothing but the paths speaks. Same shape."""
 
     def between(self, apart: np.ndarray) -> tuple[np.ndarray, ...]:
         """Return gains, shares, weights and trims of pairs: (pairs, bands, bins).

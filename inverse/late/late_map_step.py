@@ -14,24 +14,16 @@ __all__ = ["DerivativeSums", "descend"]
 
 @dataclass(frozen=True, eq=False)
 class DerivativeSums:
-    """Hold sums over time of the residuals' derivatives.
-
-    Parameters
-    ----------
-    second : numpy.ndarray
-        Products of the derivatives, shape (slopes, slopes, pairs).
-    first : numpy.ndarray
-        Derivatives times residuals, shape (slopes, pairs).
-    pull : numpy.ndarray
-        Gradient of the level's penalty, shape (features,).
-    hold : numpy.ndarray
-        Gradient of the shares' penalty, shape (slopes - 1, features).
-    """
+    """Hold sums over time of the residuals' derivatives."""
 
     second: np.ndarray
+    """Products of the derivatives, shape (slopes, slopes, pairs)."""
     first: np.ndarray
+    """Derivatives times residuals, shape (slopes, pairs)."""
     pull: np.ndarray
+    """Gradient of the level's penalty, shape (features,)."""
     hold: np.ndarray
+    """Gradient of the shares' penalty, shape (slopes - 1, features)."""
 
     @classmethod
     def of(

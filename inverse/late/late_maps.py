@@ -30,23 +30,16 @@ CONVERGED = 1e-5  # relative change of the cost: far below what maps are known t
 
 @dataclass(frozen=True, eq=False)
 class LateMaps:
-    """Hold the rates and maps of one band.
-
-    Parameters
-    ----------
-    rates : numpy.ndarray
-        Shape (slopes,), 1/s, slowest first.
-    level : numpy.ndarray
-        Weights of the slowest slope's log amplitude, shape (features,), neper of
-        energy.
-    shares : numpy.ndarray
-        Weights of the other slopes' relative amplitudes, shape (slopes - 1,
-        features).
-    """
+    """Hold the rates and maps of one band."""
 
     rates: np.ndarray
+    """Shape (slopes,), 1/s, slowest first."""
     level: np.ndarray
+    """Weights of the slowest slope's log amplitude, shape (features,), neper of
+    energy."""
     shares: np.ndarray
+    """Weights of the other slopes' relative amplitudes, shape (slopes - 1,
+    features)."""
 
     def log_energies(
         self, first: np.ndarray, second: np.ndarray, times: np.ndarray

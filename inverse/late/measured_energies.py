@@ -23,36 +23,24 @@ LEAST_PER_FOLD = 6  # rows, below which errors at places left out say nothing
 
 @dataclass(frozen=True, eq=False)
 class MeasuredEnergies:
-    """Hold energies of rows and a model of them.
-
-    Parameters
-    ----------
-    rows : FitSet
-        Those that speak.
-    kept : numpy.ndarray
-        Their numbers in the set they come from.
-    tiles : Tiles
-        Octaves and bins.
-    speed_of_sound : float
-        Metres per second.
-    regions : Regions
-        Rooms of the space.
-    energies : numpy.ndarray
-        Shape (rows, bands, bins).
-    model : EnergyModel
-        Energy of any pair.
-    misfit : numpy.ndarray
-        Log energy errors of such a model at emitters left out.
-    """
+    """Hold energies of rows and a model of them."""
 
     rows: FitSet
+    """Those that speak."""
     kept: np.ndarray
+    """Their numbers in the set they come from."""
     tiles: Tiles
+    """Octaves and bins."""
     speed_of_sound: float
+    """Metres per second."""
     regions: Regions
+    """Rooms of the space."""
     energies: np.ndarray
+    """Shape (rows, bands, bins)."""
     model: EnergyModel
+    """Energy of any pair."""
     misfit: np.ndarray
+    """Log energy errors of such a model at emitters left out."""
 
     @classmethod
     def of(

@@ -15,24 +15,16 @@ STATED_HZ = 1000.0  # gains are stated at the middle octave of ISO 3382-1
 
 @dataclass(frozen=True, eq=False)
 class FoundObjects:
-    """Hold small objects and blocks of a room.
-
-    Parameters
-    ----------
-    points : ndarray, shape (points, 3)
-        Small objects, metres.
-    gains : ndarray, shape (points,)
-        Their amplitude at 1 m at 1 kHz, metres.
-    squares : ndarray, shape (n, 4, 2)
-        Voxels in the way of sound, from above.
-    blocks : list of dict
-        Corner, three edges and level of each block of voxels.
-    """
+    """Hold small objects and blocks of a room."""
 
     points: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    """Small objects, metres. Shape (points, 3)."""
     gains: FloatArray = field(default_factory=lambda: np.zeros(0))
+    """Their amplitude at 1 m at 1 kHz, metres. Shape (points,)."""
     squares: FloatArray = field(default_factory=lambda: np.zeros((0, 4, 2)))
+    """Voxels in the way of sound, from above. Shape (n, 4, 2)."""
     blocks: list[dict[str, Any]] = field(default_factory=list)
+    """Corner, three edges and level of each block of voxels."""
 
     def __bool__(self) -> bool:
         return len(self.points) > 0 or len(self.squares) > 0

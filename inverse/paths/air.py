@@ -41,21 +41,15 @@ CLEAR = 3.0
 
 @dataclass(frozen=True, eq=False)
 class BlockAir:
-    """Hold how much faster sound was in each recording block than on average.
-
-    Parameters
-    ----------
-    numbers : ndarray of int, shape (blocks,)
-        Numbers of the blocks, ascending.
-    changes : ndarray, shape (blocks,)
-        Part of the mean speed of sound, beyond what logged temperatures tell.
-    sds : ndarray, shape (blocks,)
-        Their standard deviations.
-    """
+    """Hold how much faster sound was in each recording block than on average."""
 
     numbers: NDArray[np.int64]
+    """Numbers of the blocks, ascending. Shape (blocks,)."""
     changes: FloatArray
+    """Part of the mean speed of sound, beyond what logged temperatures tell. Shape
+    (blocks,)."""
     sds: FloatArray
+    """Their standard deviations. Shape (blocks,)."""
 
     @property
     def differs(self) -> bool:

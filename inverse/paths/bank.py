@@ -19,18 +19,12 @@ MOMENTS = 8  # powers of the fraction of a sample: a sinc to -120 dB
 
 @dataclass(frozen=True, eq=False)
 class PulseBank:
-    """Hold a pulse.
-
-    Parameters
-    ----------
-    taps : ndarray
-        Shape (moments, taps).
-    lead : int
-        Taps before the row of the arrival.
-    """
+    """Hold a pulse."""
 
     taps: FloatArray
+    """Shape (moments, taps)."""
     lead: int
+    """Taps before the row of the arrival."""
 
     def filtered(self, kernel: FloatArray, lead: int, keep: int) -> "PulseBank":
         """Return the bank behind another filter, cut to `keep` taps around it."""

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from inverse.paths.bank import PulseBank
 from inverse.paths.descent import TRIES, damped_step, row_weights, trust
+from inverse.paths.lattice_kernel import GEOMETRY
 from inverse.paths.mesh_room import MeshRoom
-from inverse.paths.room import FRONT, GEOMETRY, BoxRoom
+from inverse.paths.room import FRONT, BoxRoom
 from inverse.rows.fitset import FitSet
 from rir.arrays import FloatArray
 

@@ -10,7 +10,6 @@ from math import pi, sqrt
 import numpy as np
 from numba import njit
 
-from inverse.paths.room import GEOMETRY
 from rir.harmonics_kernel import order_of, turned_harmonics
 
 __all__ = [
@@ -25,6 +24,7 @@ __all__ = [
     "wall_counts",
 ]
 
+GEOMETRY = 11  # parameters before the walls': turn 3, low 3, high 3, speed, latency
 NEAREST_M = 0.05  # shorter paths count as so long: within a device 1/r does not hold
 
 

@@ -50,24 +50,17 @@ class MeshStep:
 
 @dataclass(frozen=True, eq=False)
 class PlaneFit:
-    """Hold the fitted room and the covariance of what moved.
-
-    Parameters
-    ----------
-    room : MeshRoom
-        The room, its paths kept.
-    covariance : ndarray
-        Of the active parameters.
-    active : ndarray of bool, shape (2 + 4 P + harmonics,)
-        Speed of sound, latency, two tilts and a shift a plane, factors, pattern.
-    errors : ndarray, shape (rows,)
-        Squared errors.
-    """
+    """Hold the fitted room and the covariance of what moved."""
 
     room: MeshRoom
+    """The room, its paths kept."""
     covariance: FloatArray
+    """Of the active parameters."""
     active: BoolArray
+    """Speed of sound, latency, two tilts and a shift a plane, factors, pattern. Shape
+    (2 + 4 P + harmonics,)."""
     errors: FloatArray
+    """Squared errors. Shape (rows,)."""
 
     def plane_sd(self) -> FloatArray:
         """Return each plane's standard deviation, shape (P,), metres; NaN if fixed."""

@@ -16,16 +16,11 @@ __all__ = ["MeshRoom"]
 
 @dataclass(frozen=True, eq=False)
 class MeshRoom(PathRoom[Polyhedron]):
-    """Render the mirror paths of a room of flat faces.
-
-    Parameters
-    ----------
-    paths : PathList, optional
-        Paths of the rows being fitted, kept while their geometry moves little.
-    """
+    """Render the mirror paths of a room of flat faces."""
 
     order: int = 12
     paths: PathList | None = None
+    """Paths of the rows being fitted, kept while their geometry moves little."""
 
     def render(
         self,

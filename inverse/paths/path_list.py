@@ -17,21 +17,14 @@ MOST_NODES = 400_000
 
 @dataclass(frozen=True, eq=False)
 class PathList:
-    """Hold the paths of rows, sorted by row.
-
-    Parameters
-    ----------
-    starts : ndarray, shape (rows + 1,)
-        Paths of row r: ``starts[r] : starts[r + 1]``.
-    order : ndarray, shape (n,)
-        Reflections of each path.
-    walls : ndarray, shape (n, K)
-        Planes met in order, then -1.
-    """
+    """Hold the paths of rows, sorted by row."""
 
     starts: IntArray
+    """Paths of row r: ``starts[r] : starts[r + 1]``. Shape (rows + 1,)."""
     order: IntArray
+    """Reflections of each path. Shape (n,)."""
     walls: NDArray[np.int32]
+    """Planes met in order, then -1. Shape (n, K)."""
 
     @property
     def row(self) -> IntArray:

@@ -57,28 +57,19 @@ MOST_FACES = 4000  # triangles of a mesh: mirror trees of more do not end in min
 
 @dataclass(frozen=True, eq=False)
 class FittedMesh:
-    """Hold a room of flat faces and how it was fitted.
-
-    Parameters
-    ----------
-    room : MeshRoom
-        The room.
-    coloring : Coloring
-        The slow part of the source.
-    plane_sd : ndarray, shape (P,)
-        Standard deviation of each plane's place, metres; NaN where it was not
-        moved.
-    bending : bool
-        Whether sound bends around edges.
-    family_sd : dict
-        Standard deviation of each kind of parameter.
-    """
+    """Hold a room of flat faces and how it was fitted."""
 
     room: MeshRoom
+    """The room."""
     coloring: Coloring
+    """The slow part of the source."""
     plane_sd: FloatArray
+    """Standard deviation of each plane's place, metres; NaN where it was not moved.
+    Shape (P,)."""
     bending: bool = False
+    """Whether sound bends around edges."""
     family_sd: dict[str, float] = field(default_factory=dict)
+    """Standard deviation of each kind of parameter."""
 
     def predict(self, emitters: Poses, listeners: Poses, n_samples: int) -> FloatArray:
         """Return all paths' sound, shape (rows, n_samples)."""

@@ -20,24 +20,16 @@ LOOSE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Polyhedron:
-    """Hold planes and the triangles that lie in them.
-
-    Parameters
-    ----------
-    planes : ndarray, shape (P, 4)
-        Unit normals into the air and offsets; n . x = d on the plane.
-    vertices : ndarray, shape (V, 3)
-        Corners, metres.
-    faces : ndarray, shape (F, 3)
-        Triangles.
-    plane_of : ndarray, shape (F,)
-        Plane of each triangle.
-    """
+    """Hold planes and the triangles that lie in them."""
 
     planes: FloatArray
+    """Unit normals into the air and offsets; n . x = d on the plane. Shape (P, 4)."""
     vertices: FloatArray
+    """Corners, metres. Shape (V, 3)."""
     faces: IntArray
+    """Triangles. Shape (F, 3)."""
     plane_of: IntArray
+    """Plane of each triangle. Shape (F,)."""
 
     @classmethod
     def of_mesh(cls, mesh: "MeshGeometry", angle: float = 1e-3) -> "Polyhedron":

@@ -25,27 +25,18 @@ BLOCK_ROWS, MOST_ROWS = 24, 240
 
 @dataclass(frozen=True, eq=False)
 class RecordedRoom:
-    """Hold a fitted room with what was found of its recording.
-
-    Parameters
-    ----------
-    fitted : FittedRoom, FittedMesh or None
-        The room, None where none was found.
-    air : BlockAir or None
-        Of its blocks; None if one for all.
-    found : dict
-        What to report.
-    latency_s : float
-        Instant that times are stretched about.
-    heard_by : GainPattern or None
-        The listener's pattern, where it was fitted.
-    """
+    """Hold a fitted room with what was found of its recording."""
 
     fitted: FittedRoom | FittedMesh | None
+    """The room, None where none was found."""
     air: BlockAir | None = None
+    """Of its blocks; None if one for all."""
     found: dict[str, Any] = field(default_factory=dict)
+    """What to report."""
     latency_s: float = 0.0
+    """Instant that times are stretched about."""
     heard_by: GainPattern | None = None
+    """The listener's pattern, where it was fitted."""
 
     def even(self, rows: FitSet) -> FitSet:
         """Return rows resampled to the mean speed of sound."""

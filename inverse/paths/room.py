@@ -12,7 +12,6 @@ from rir.arrays import FloatArray
 
 __all__ = ["BoxRoom", "PathRoom", "turns_of"]
 
-GEOMETRY = 11  # parameters before the walls': turn 3, low 3, high 3, speed, latency
 MOST_IMAGES = 6000  # listed within the reach: a row then costs some milliseconds
 LONG_TAPS, ROWS_AT_ONCE = 64, 16  # longer pulses are rendered by moments
 FRONT = 32  # samples before the first, for latencies below zero

@@ -109,15 +109,6 @@ class GroundPlan:
     alarms: list[str] = field(default_factory=list)
     furnishing: FoundObjects = field(default_factory=FoundObjects)
 
-    def write(self, folder: Path) -> list[Path]:
-        """Draw plan.png and write plan.json into a folder; return both paths."""
-        from inverse.plan.plan_plot import draw_plan
-
-        made = [folder / "plan.png", folder / "plan.json"]
-        draw_plan(made[0], self)
-        self.save(made[1])
-        return made
-
     def save(self, path: Path) -> None:
         """Write the plan as JSON."""
         content = {

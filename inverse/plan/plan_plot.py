@@ -11,13 +11,21 @@ from inverse.plan.ground_plan import GroundPlan, PlanWall
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["draw_plan"]
+__all__ = ["draw_plan", "write_plan"]
 
 SURE_MM, POOR_MM = 0.1, 30.0
 """Spreads drawn thickest and thinnest: of clean responses, and of poses 3 cm off."""
 THICK, THIN = 5.0, 1.0  # points
 MOST_ALARMS, WIDTH = 6, 88  # lines and letters that fit above the plan
 LINE_IN = 0.16  # inches a line of 8 points takes
+
+
+def write_plan(plan: GroundPlan, folder: Path) -> list[Path]:
+    """Draw plan.png and write plan.json into a folder; return both paths."""
+    made = [folder / "plan.png", folder / "plan.json"]
+    draw_plan(made[0], plan)
+    plan.save(made[1])
+    return made
 
 
 def draw_plan(path: Path, plan: GroundPlan) -> None:

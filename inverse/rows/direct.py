@@ -20,26 +20,17 @@ NEARLY, SURER = 0.25, 2.0
 
 @dataclass(frozen=True, eq=False)
 class DirectSound:
-    """Hold the latency and the pulse that all direct sounds share.
-
-    Parameters
-    ----------
-    latency_s : float
-        Delay of every arrival beyond distance over speed of sound, seconds.
-    pulse : ndarray
-        Mean direct sound of a path of 1 m, from `lead` samples before the
-        arrival on.
-    lead : int
-        Samples of the pulse before the arrival.
-    clearness : float
-        Energy of the mean pulse over what aligned noise would leave; far above
-        1 when the direct sounds stand where the poses say.
-    """
+    """Hold the latency and the pulse that all direct sounds share."""
 
     latency_s: float
+    """Delay of every arrival beyond distance over speed of sound, seconds."""
     pulse: FloatArray
+    """Mean direct sound of a path of 1 m, from `lead` samples before the arrival on."""
     lead: int
+    """Samples of the pulse before the arrival."""
     clearness: float
+    """Energy of the mean pulse over what aligned noise would leave; far above 1 when
+    the direct sounds stand where the poses say."""
 
 
 def read_direct(rows: FitSet) -> DirectSound:

@@ -25,16 +25,11 @@ LEAST_QUIET = 12  # samples before the straight way that a noise can be read fro
 
 @dataclass(frozen=True, eq=False)
 class Onsets:
-    """Hold first arrivals.
-
-    Parameters
-    ----------
-    lengths : ndarray, shape (rows,)
-        Length of the shortest way sound took, metres; NaN where noise or an early
-        start hides it.
-    """
+    """Hold first arrivals."""
 
     lengths: FloatArray
+    """Length of the shortest way sound took, metres; NaN where noise or an early start
+    hides it. Shape (rows,)."""
 
     @property
     def known(self) -> NDArray[np.bool_]:

@@ -53,18 +53,12 @@ def apartness(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Regions:
-    """Hold how far each place belongs to each region (room).
-
-    Parameters
-    ----------
-    places : numpy.ndarray
-        Known places, shape (places, 3), metres.
-    shares : numpy.ndarray
-        Their shares, shape (places, regions); each row adds up to one.
-    """
+    """Hold how far each place belongs to each region (room)."""
 
     places: np.ndarray
+    """Known places, shape (places, 3), metres."""
     shares: np.ndarray
+    """Their shares, shape (places, regions); each row adds up to one."""
 
     @classmethod
     def one(cls) -> "Regions":

@@ -30,19 +30,13 @@ UPPER = 0.75
 
 @dataclass(frozen=True, eq=False)
 class Sight:
-    """Hold which pairs of places see each other.
-
-    Parameters
-    ----------
-    bits : ndarray, shape (rows,)
-        1 seen, 0 hidden, NaN in doubt.
-    free : ndarray, shape (rows,)
-        Level of each direct sound times distance with nothing in its way, by the
-        loudest rows of its direction.
-    """
+    """Hold which pairs of places see each other."""
 
     bits: FloatArray
+    """1 seen, 0 hidden, NaN in doubt. Shape (rows,)."""
     free: FloatArray
+    """Level of each direct sound times distance with nothing in its way, by the loudest
+    rows of its direction. Shape (rows,)."""
 
     def regions(self, rows: FitSet) -> Regions:
         """Return the rooms that explain which places see each other."""

@@ -22,21 +22,14 @@ STEP_BINS, WORTH = 16, 0.7
 
 @dataclass(frozen=True)
 class Tiles:
-    """Divide responses into octaves and bins.
-
-    Parameters
-    ----------
-    sample_rate : float
-        Hertz.
-    n_samples : int
-        Length of a response.
-    bin_length : int
-        Samples of a bin; 0 chooses by the length of a response.
-    """
+    """Divide responses into octaves and bins."""
 
     sample_rate: float
+    """Hertz."""
     n_samples: int
+    """Length of a response."""
     bin_length: int = 0
+    """Samples of a bin; 0 chooses by the length of a response."""
 
     @cached_property
     def centers(self) -> np.ndarray:

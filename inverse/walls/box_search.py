@@ -41,25 +41,17 @@ SILENT = 0.02  # reflection factor of no wall
 
 @dataclass(frozen=True, eq=False)
 class SearchedBox:
-    """Hold the likeliest box and what else each wall could be.
-
-    Parameters
-    ----------
-    box : OrientedBox
-        The walls.
-    room : BoxRoom
-        Its walls, their factors and the emitter's pattern, as the low sound tells.
-    unexplained : float
-        Part of the low energy it leaves.
-    doubts : ndarray, shape (6,)
-        What is left over if a wall stood elsewhere or nowhere, over what is left
-        now; infinite where that was not asked.
-    """
+    """Hold the likeliest box and what else each wall could be."""
 
     box: OrientedBox
+    """The walls."""
     room: BoxRoom
+    """Its walls, their factors and the emitter's pattern, as the low sound tells."""
     unexplained: float
+    """Part of the low energy it leaves."""
     doubts: FloatArray
+    """What is left over if a wall stood elsewhere or nowhere, over what is left now;
+    infinite where that was not asked. Shape (6,)."""
 
     @property
     def unsure(self) -> list[int]:

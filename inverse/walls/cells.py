@@ -20,18 +20,12 @@ nooks are walled off; cheaper, space behind faint walls is taken in."""
 
 @dataclass(frozen=True, eq=False)
 class Cell:
-    """Hold a convex piece of space.
-
-    Parameters
-    ----------
-    sides : tuple of int
-        1 where the cell lies in front of a plane, -1 behind, one a plane.
-    faces : dict
-        Polygon, shape (n, 3), by number of plane; below 0 on the bounds.
-    """
+    """Hold a convex piece of space."""
 
     sides: tuple[int, ...]
+    """1 where the cell lies in front of a plane, -1 behind, one a plane."""
     faces: dict[int, FloatArray]
+    """Polygon, shape (n, 3), by number of plane; below 0 on the bounds."""
 
     @property
     def center(self) -> FloatArray:

@@ -32,24 +32,16 @@ EDGES = ("one side", "the other side", "lower edge", "upper edge")
 
 @dataclass(frozen=True, eq=False)
 class JoinedRooms:
-    """Hold rooms put together, and their alarms.
-
-    Parameters
-    ----------
-    shape : Polyhedron or None
-        The rooms with the holes between them; None where they were not all found.
-    boxes : list of OrientedBox
-        The rooms.
-    openings : list of Opening
-        Holes between them.
-    alarms : list of str
-        What was not found.
-    """
+    """Hold rooms put together, and their alarms."""
 
     shape: Polyhedron | None
+    """The rooms with the holes between them; None where they were not all found."""
     boxes: list[OrientedBox] = field(default_factory=list)
+    """The rooms."""
     openings: list[Opening] = field(default_factory=list)
+    """Holes between them."""
     alarms: list[str] = field(default_factory=list)
+    """What was not found."""
 
 
 def join_rooms(

@@ -41,27 +41,18 @@ class TriedRoom:
 
 @dataclass(frozen=True, eq=False)
 class LowSound:
-    """Hold rows below `EDGE_HZ` at a rate that just holds them.
-
-    Parameters
-    ----------
-    rows : FitSet
-        Filtered and thinned out.
-    latency_s : float
-        Seconds before every arrival in them.
-    level : float
-        Of a direct sound at 1 m.
-    pulse : PulseBank
-        Shape of an arrival.
-    energy : float
-        Of all rows, without what is too slow to count.
-    """
+    """Hold rows below `EDGE_HZ` at a rate that just holds them."""
 
     rows: FitSet
+    """Filtered and thinned out."""
     latency_s: float
+    """Seconds before every arrival in them."""
     level: float
+    """Of a direct sound at 1 m."""
     pulse: PulseBank
+    """Shape of an arrival."""
     energy: float
+    """Of all rows, without what is too slow to count."""
 
     @classmethod
     def of(cls, rows: FitSet, direct: DirectSound) -> "LowSound":

@@ -30,24 +30,17 @@ LEAST_PAIRS = 12  # more than twice the five numbers of a hole in a wall
 
 @dataclass(frozen=True, eq=False)
 class Slab:
-    """Hold a wall between two rooms.
-
-    Parameters
-    ----------
-    origin : ndarray, shape (3,)
-        A point of the face that looks into the first room.
-    frame : ndarray, shape (3, 3)
-        Rows: into the first room, along the wall, up.
-    thick : float
-        Metres.
-    limits : ndarray, shape (4,)
-        Where both rooms end along the wall, and up; relative to the origin.
-    """
+    """Hold a wall between two rooms."""
 
     origin: FloatArray
+    """A point of the face that looks into the first room. Shape (3,)."""
     frame: FloatArray
+    """Rows: into the first room, along the wall, up. Shape (3, 3)."""
     thick: float
+    """Metres."""
     limits: FloatArray
+    """Where both rooms end along the wall, and up; relative to the origin. Shape
+    (4,)."""
 
     def local(self, points: FloatArray) -> FloatArray:
         """Return points in the frame of the wall, shape (n, 3)."""
@@ -56,24 +49,18 @@ class Slab:
 
 @dataclass(frozen=True, eq=False)
 class Opening:
-    """Hold a hole in a wall.
-
-    Parameters
-    ----------
-    slab : Slab
-        The wall.
-    hole : ndarray, shape (4,)
-        Low and high end along the wall, low and high end up, in its frame.
-    known : ndarray of bool, shape (4,)
-        Which ends first arrivals tell; the others stand where the rooms end.
-    agreeing : float
-        Part of the pairs whose first arrival it tells within 5 cm.
-    """
+    """Hold a hole in a wall."""
 
     slab: Slab
+    """The wall."""
     hole: FloatArray
+    """Low and high end along the wall, low and high end up, in its frame. Shape
+    (4,)."""
     known: BoolArray
+    """Which ends first arrivals tell; the others stand where the rooms end. Shape
+    (4,)."""
     agreeing: float
+    """Part of the pairs whose first arrival it tells within 5 cm."""
 
     def ways(self, first: FloatArray, second: FloatArray) -> FloatArray:
         """Return shortest ways from the first room to the second, shape (pairs,)."""

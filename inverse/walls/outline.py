@@ -37,22 +37,15 @@ WALL_SHARE = 0.6
 
 @dataclass(frozen=True, eq=False)
 class Outline:
-    """Hold the outline of a room: its shape and the inner walls it is made of.
-
-    Parameters
-    ----------
-    shape : Polyhedron or None
-        Walls between the air and the rest; None where those found inside the outer
-        box bound no air.
-    found : list of FoundPlane
-        Walls within the outer box.
-    closed : bool
-        Whether the walls enclose the air.
-    """
+    """Hold the outline of a room: its shape and the inner walls it is made of."""
 
     shape: Polyhedron | None
+    """Walls between the air and the rest; None where those found inside the outer box
+    bound no air."""
     found: list[FoundPlane]
+    """Walls within the outer box."""
     closed: bool
+    """Whether the walls enclose the air."""
 
 
 @dataclass(frozen=True, eq=False)

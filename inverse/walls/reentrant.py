@@ -43,21 +43,14 @@ GROUP_ROWS = 3  # rows of an emitter that a score takes
 
 @dataclass(frozen=True, eq=False)
 class PlaneEvidence:
-    """Hold what rows say of planes.
-
-    Parameters
-    ----------
-    signals : ScanSignals
-        Rows with what a box explains blanked.
-    box : OrientedBox
-        The outer walls.
-    seen : ndarray of bool, shape (rows,)
-        Rows whose direct sound surely arrived.
-    """
+    """Hold what rows say of planes."""
 
     signals: ScanSignals
+    """Rows with what a box explains blanked."""
     box: OrientedBox
+    """The outer walls."""
     seen: BoolArray
+    """Rows whose direct sound surely arrived. Shape (rows,)."""
 
     def hits(self, plane: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
         """Return reflection points, path lengths, and which rows can tell."""

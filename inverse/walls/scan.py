@@ -35,37 +35,25 @@ SURE_Z = 4.0  # median score of a wall over the groups (decision 0055)
 
 @dataclass(frozen=True, eq=False)
 class FoundPlane:
-    """Hold a plane the responses speak for.
-
-    Parameters
-    ----------
-    normal : ndarray
-        Unit vector into the room, shape (3,).
-    offset : float
-        Metres; a point p is inside when normal . p > offset.
-    z : float
-        Median over emitter groups of the score in standard deviations of the
-        same rows read at wrong delays.
-    strength : float
-        Mean reflected level, about the wall's reflection factor.
-    support : float
-        Part of the groups in front of the plane that speak for it.
-    pooled : float
-        Score of all groups together, in standard deviations.
-    speaking : int
-        Number of groups that speak for it.
-    loudest : float
-        Score of the group that speaks for it most, where it was asked.
-    """
+    """Hold a plane the responses speak for."""
 
     normal: FloatArray
+    """Unit vector into the room, shape (3,)."""
     offset: float
+    """Metres; a point p is inside when normal . p > offset."""
     z: float
+    """Median over emitter groups of the score in standard deviations of the same rows
+    read at wrong delays."""
     strength: float
+    """Mean reflected level, about the wall's reflection factor."""
     support: float
+    """Part of the groups in front of the plane that speak for it."""
     pooled: float = 0.0
+    """Score of all groups together, in standard deviations."""
     speaking: int = 0
+    """Number of groups that speak for it."""
     loudest: float = 0.0
+    """Score of the group that speaks for it most, where it was asked."""
 
     @property
     def row(self) -> FloatArray:

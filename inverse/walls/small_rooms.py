@@ -27,24 +27,16 @@ SAME_S = 1e-3  # a latency that reads otherwise is of another pulse
 
 @dataclass(frozen=True, eq=False)
 class RoomScan:
-    """Hold what a scan found.
-
-    Parameters
-    ----------
-    direct : DirectSound
-        The direct sounds, with a pulse no longer than the room allows.
-    signals : list of ScanSignals
-        The rows in bands, at the room's own size.
-    planes : list of FoundPlane
-        Planes all places stand in front of.
-    boxes : list of OrientedBox
-        Boxes they may belong to.
-    """
+    """Hold what a scan found."""
 
     direct: DirectSound
+    """The direct sounds, with a pulse no longer than the room allows."""
     signals: list[ScanSignals]
+    """The rows in bands, at the room's own size."""
     planes: list[FoundPlane]
+    """Planes all places stand in front of."""
     boxes: list[OrientedBox]
+    """Boxes they may belong to."""
 
 
 def scan_room(rows: FitSet, direct: DirectSound, count: int) -> RoomScan:

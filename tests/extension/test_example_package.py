@@ -77,12 +77,18 @@ def test_the_model_is_listed_trained_and_opened_elsewhere(
     options = ["--model", "mean", "--set", "every=2", "--out", "run", "--quiet"]
     told = run("train-field", "set.h5", *options, "--sample-rate", "0")
     assert "model mean" in told
+    assert "Ts ms" in told
+    assert (
+        json.loads((tmp_path / "run" / "table.json").read_text())["units"]["Ts"] == "ms"
+    )
     program = "from fields import load_field; print(load_field('run').name)"
     assert run("python", "-c", program) == "mean\n"
     comparison = "title: t\nsets: [{path: set.h5}]\nseeds: [0]\n"
     models = "models: [{model: mean, forms: [vanilla]}]\n"
     (tmp_path / "c.yaml").write_text(comparison + models)
-    assert "mean vanilla" in run("train-field", "compare", "c.yaml", "--out", "c")
+    compared = run("train-field", "compare", "c.yaml", "--out", "c")
+    assert "mean vanilla" in compared
+    assert "Ts ms" in compared
 
 
 def test_the_effect_stands_in_the_plan_where_it_says(run: Run) -> None:
