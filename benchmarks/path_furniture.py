@@ -366,7 +366,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the benchmark; returns 0."""
     parser = make_parser(__doc__, "path_furniture", "one room, few rows")
     options = parser.parse_args(argv)
-    seeds, emitters, listeners = ((0,), 4, 12) if options.quick else ((0, 1, 2), 6, 60)
+    seeds, emitters, listeners = ((0,), 3, 5) if options.quick else ((0, 1, 2), 6, 60)
     print("SIMULATED  " + "  ".join(f"{name:>16}" for name in SHOWN))
     results: dict[str, Any] = {"bars": BARS}
     for seed in seeds:

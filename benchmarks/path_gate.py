@@ -307,7 +307,7 @@ def main(argv: Sequence[str]) -> int:
     """Print the answers and write them."""
     parser = make_parser(__doc__, "path_gate")
     options = parser.parse_args(argv)
-    count, longest = (10, 0.3) if options.quick else (120, 1.0)
+    count, longest = (6, 0.2) if options.quick else (120, 1.0)
     render = image_kernel()
     found = {
         "NMSE at the horizon, dB (-3 +-1.5)": horizon_errors(render, count),

@@ -192,7 +192,7 @@ def l_cases(quick: bool) -> dict[str, dict[str, Any]]:
     clean: dict[str, Any] = {"jitter": 0.0, "noise_db": -200.0}
     if quick:
         clear = {**clean, "effects": CLEAR}
-        rows, test = (l_rows(plain, 2, n, 77 + n, **clear) for n in (12, 4))
+        rows, test = (l_rows(plain, 2, n, 77 + n, **clear) for n in (9, 4))
         return {"L, 2 emitters": l_case(rows, test)}
     test = l_rows(plain, 2, 15, 77, **clean)
     sizes = {12: 50, 5: 60, 3: 100}
