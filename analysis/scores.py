@@ -1,6 +1,6 @@
 """Mean differences of responses over rows, in the units the paper's tables print."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -24,8 +24,6 @@ METRIC_UNITS = {
 }
 """The metrics of the paper's tables, with the units they are printed in; STFT*
 has the truth as its norm, where the paper's code has the prediction."""
-PRINTED_FACTOR = {"Env": 100.0, "T60": 100.0, "EDT": 1000.0}
-"""Fractions are printed in %, seconds in ms."""
 
 Scores = dict[str, float]
 
@@ -43,16 +41,26 @@ def score_units(flavour: str = "paper") -> dict[str, str]:
 
 
 def compare_rows(
-    truth: np.ndarray, prediction: np.ndarray, sample_rate: float
+    truth: np.ndarray,
+    prediction: np.ndarray,
+    sample_rate: float,
+    names: Collection[str] | None = None,
 ) -> Scores:
     """Return the mean difference of two sets of responses, shape (rows, n)."""
-    return mean_scores([row_scores(truth, prediction, sample_rate, "paper")])
+    return mean_scores([row_scores(truth, prediction, sample_rate, "paper", names)])
 
 
 def row_scores(
-    truth: np.ndarray, prediction: np.ndarray, sample_rate: float, flavour: str
+    truth: np.ndarray,
+    prediction: np.ndarray,
+    sample_rate: float,
+    flavour: str,
+    names: Collection[str] | None = None,
 ) -> dict[str, np.ndarray]:
-    """Return the difference of each row by each metric, every array shape (rows,)."""
+    """Return the difference of each row by each metric, every array shape (rows,).
+
+    The paper's metrics, and those that are named; all there are by default.
+    """
     from analysis.differences import paper_metrics
     from analysis.metrics import METRICS
 
@@ -61,14 +69,13 @@ def row_scores(
     found = dict(paper_metrics(first, second, sample_rate, flavour=flavour))
     rate = round(sample_rate)
     found["STFT*"] = METRICS["STFT"].difference(second, first, rate, flavour)
-    scores = {
-        name: np.atleast_1d(found[name]) * PRINTED_FACTOR.get(name, 1.0)
-        for name in METRIC_UNITS
+    for name in score_units(flavour) if names is None else names:
+        if name not in found:
+            found[name] = METRICS[name].difference(first, second, rate, flavour)
+    return {
+        name: np.atleast_1d(values) * METRICS[name.removesuffix("*")].table_factor
+        for name, values in found.items()
     }
-    for name in [one for one in score_units(flavour) if one not in scores]:
-        values = METRICS[name].difference(first, second, rate, flavour)
-        scores[name] = np.atleast_1d(values) * METRICS[name].table_factor
-    return scores
 
 
 def mean_scores(parts: Sequence[dict[str, np.ndarray]]) -> Scores:

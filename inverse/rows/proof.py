@@ -72,18 +72,11 @@ def prove(
     return Proof(
         {
             name: known.get(name)
-            or _paper_scores(truth, answer[some, early], rows.sample_rate)
+            # What else is installed decides nothing.
+            or compare_rows(truth, answer[some, early], rows.sample_rate, METRIC_UNITS)
             for name, answer in answers.items()
         }
     )
-
-
-def _paper_scores(
-    truth: NDArray[np.float64], answer: NDArray[np.float64], sample_rate: float
-) -> Scores:
-    """Return scores by the paper's metrics: what else is installed decides nothing."""
-    scores = compare_rows(truth, answer, sample_rate)
-    return {name: scores[name] for name in METRIC_UNITS}
 
 
 def beaten_by_nearest(proof: Proof, name: str, nearest: str = "nearest") -> bool:
