@@ -218,4 +218,6 @@ def run_plan(
 
     for name in plan.on:
         EFFECTS[name].apply(scene, sound)
+    for change in sound.arrival_changes:
+        sound.arrivals = [change(arrivals) for arrivals in sound.arrivals]
     return render(sound, threads, out)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from rir import GainPattern, Pose, Poses
 from rir.arrays import FloatArray
+from rooms.reflection import BounceChange, Bounces, Reflection, changed
 from rooms.scene import Scene
 
 __all__ = ["Arrivals", "Budget", "Lattice", "Sound", "Waves"]
@@ -54,6 +55,9 @@ class Arrivals:
         Unit vectors out of the emitter, and from the listener to where it comes from.
     order : ndarray, shape (n,)
         Number of reflections.
+    corners : ndarray, shape (n, most reflections, 3), optional
+        Points of reflection in their order from the emitter [m], then NaN; stated
+        where an effect changes arrivals, None where they are not known.
     """
 
     listener: NDArray[np.int64]
@@ -62,6 +66,7 @@ class Arrivals:
     departure: FloatArray
     arrival: FloatArray
     order: NDArray[np.int64]
+    corners: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +81,8 @@ class Lattice:
     """Highest reflection order."""
     until: float
     """Latest arrival [s]."""
+    from_order: int = 1
+    """Lowest reflection order: those below are listed one by one."""
 
     @property
     def farthest(self) -> float:
@@ -127,23 +134,104 @@ class Sound:
     listeners: Poses
     budget: Budget
     patterns: tuple[GainPattern, GainPattern] | None = None
-    scattering: FloatArray | None = None
     air_loss: FloatArray | None = None
     lattice: Lattice | None = None
     waves: Waves | None = None
     arrivals: list[Arrivals] = field(default_factory=list)
     listed_order: int = -1
     traced: Any = None
+    bounce_changes: list[BounceChange] = field(default_factory=list)
+    arrival_changes: list[Callable[[Arrivals], Arrivals]] = field(default_factory=list)
     finishers: list[Callable[[FloatArray], FloatArray]] = field(default_factory=list)
 
     @property
+    def local(self) -> bool:
+        """Whether some reflection depends on more than the surface it happens at."""
+        return any(change.local for change in self.bounce_changes)
+
+    def reflect(self, bounces: Bounces) -> Reflection:
+        """Return what becomes of sound at each of several reflections."""
+        kept = np.sqrt(1.0 - self.scene.absorption)[bounces.surface]
+        return changed(kept, self.bounce_changes, bounces)
+
+    def table(self, cosines: FloatArray) -> Reflection:
+        """Return the reflection of each surface at some angles, its panels' mean.
+
+        The ways before and after are the mean free path of the room: what rays,
+        the mean flow of energy and images of high order ask for.
+
+        Parameters
+        ----------
+        cosines : ndarray, shape (cosines,)
+            Of the angle of incidence.
+
+        Returns
+        -------
+        Reflection
+            Of shape (surfaces, cosines, bands).
+        """
+        surfaces, bands = self.scene.absorption.shape
+        geometry = self.scene.geometry
+        count = surfaces * len(cosines)
+        free = np.full(count, 4 * geometry.volume / geometry.areas.sum())
+        bounces = Bounces(
+            np.repeat(np.arange(surfaces), len(cosines)),
+            np.full(count, -1),
+            np.tile(cosines, surfaces),
+            free,
+            free,
+            np.full((count, 3), np.nan),
+        )
+        flat = self.reflect(bounces)
+        shape = (surfaces, len(cosines), bands)
+        return Reflection(flat.pressure.reshape(shape), flat.scattered.reshape(shape))
+
+    @property
+    def _mean(self) -> tuple[FloatArray, FloatArray]:
+        """Kept and scattered shares of energy that arrives from everywhere."""
+        cosines, weights = _DIFFUSE if self.local else (np.ones(1), np.ones(1))
+        table = self.table(cosines)
+        kept = np.einsum("c,scb->sb", weights, table.pressure**2)
+        diffuse = np.einsum("c,scb->sb", weights, table.diffuse)
+        return kept, diffuse
+
+    @property
+    def absorption(self) -> FloatArray:
+        """Absorption for sound from everywhere, shape (surfaces, bands)."""
+        return 1.0 - self._mean[0]
+
+    @property
+    def scattering(self) -> FloatArray | None:
+        """Scattered share of what is reflected, (surfaces, bands); None if nothing."""
+        if not self.bounce_changes:
+            return None
+        kept, diffuse = self._mean
+        if not np.any(diffuse):
+            return None
+        return np.where(kept > 0, diffuse / np.maximum(kept, 1e-300), 0.0)
+
+    @property
     def reflection(self) -> FloatArray:
-        """Specular amplitude reflection per surface and band: what is left over.
+        """Mirrored amplitude per surface and band, for sound from everywhere.
 
         Energy splits at a bounce into absorbed, scattered and specular shares
         (ISO 17497-1): the specular share is (1 - absorption)(1 - scattering).
         """
-        kept = 1.0 - self.scene.absorption
-        if self.scattering is not None:
-            kept = kept * (1.0 - self.scattering)
-        return np.sqrt(kept)
+        if not self.local:
+            return self.table(np.ones(1)).specular[:, 0]
+        kept, diffuse = self._mean
+        return np.sqrt(np.maximum(kept - diffuse, 0.0))
+
+
+def _diffuse_rule() -> tuple[FloatArray, FloatArray]:
+    """Return nodes and weights of the mean over directions of a diffuse field.
+
+    Of the sound that meets a wall from everywhere, 2 cosine d(cosine) comes at each
+    angle (Paris's formula).
+    """
+    x, w = np.polynomial.legendre.leggauss(16)
+    cosines = (x + 1) / 2
+    return cosines, w * cosines
+
+
+_DIFFUSE = _diffuse_rule()

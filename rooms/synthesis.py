@@ -105,7 +105,7 @@ class _Renderer:
         self.bands = 1 if self.lanes == 1 else len(scene.bands)
         self.scale = budget.sample_rate / scene.speed_of_sound
         self.rows = 0
-        self.order = 0
+        self.orders = (1, 0)
         empty = np.zeros(0, dtype=np.int64)
         self.axes: Any = ((empty, np.zeros((0, self.lanes)), empty),) * 3
         if sound.lattice is not None:
@@ -128,7 +128,7 @@ class _Renderer:
         far = lattice.farthest * self.scale
         rows = int(np.ceil(min(limit, far))) + 1
         self.rows = min(rows, self.sound.budget.n_samples + 1)
-        self.order = lattice.max_order
+        self.orders = (lattice.from_order, lattice.max_order)
         reach = self.rows / self.scale
         self.axes = tuple(_axis(lattice, k, reach, self.lanes) for k in range(3))
 
@@ -202,7 +202,7 @@ class _Renderer:
             starts = np.array([0, len(delays)])
         size = sound.lattice.size if sound.lattice is not None else np.zeros(3)
         listeners = sound.listeners.positions[part.start : part.stop]
-        limits = self.order, self.scale, self.rows, sound.patterns is not None
+        limits = self.orders, self.scale, self.rows, sound.patterns is not None
         ends = (*self.ends[:2], self.ends[2][part.start : part.stop], self.ends[3])
         shape = (len(part), self.bands, n + 1 + pulses.TAPS)
         out = np.zeros(shape, dtype=np.float32)

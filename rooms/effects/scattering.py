@@ -5,6 +5,7 @@ import numpy as np
 from rooms.effects.effect import Effect, Need, Tolerance, judged
 from rooms.energy_flow import energy_flow
 from rooms.predict import equivalent_box, predicted_errors
+from rooms.reflection import ScatteredShare
 from rooms.scene import Scene
 from rooms.sound import Budget, Sound
 
@@ -46,7 +47,7 @@ def scattered_share(scene: Scene, budget: Budget) -> float:
 def apply(scene: Scene, sound: Sound) -> None:
     """Take the scattered share out of every mirror reflection."""
     if np.any(scene.scattering):
-        sound.scattering = scene.scattering
+        sound.bounce_changes.append(ScatteredShare(scene.scattering))
 
 
 SCATTERING = Effect("scattering", "diffuse share of each reflection", needed, apply)

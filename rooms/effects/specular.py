@@ -1,15 +1,22 @@
 """Mirror reflections: image sources."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from rir.arrays import FloatArray
+from rir.arrays import FloatArray, IntArray
 from rir.errors import SceneError
 from rir.physics import decibels
+from rooms.box_images import BoxPaths, box_paths
 from rooms.effects.effect import Effect, Need, Tolerance, judged
 from rooms.effects.handover import MESH_ORDER, handover_time
 from rooms.predict import predicted_errors
+from rooms.reflection import Bounces, path_gains
 from rooms.scene import Scene
 from rooms.sound import Arrivals, Budget, Lattice, Sound
+
+if TYPE_CHECKING:
+    from rooms.mesh.images import Paths
 
 __all__ = ["SPECULAR"]
 
@@ -48,7 +55,12 @@ def apply(scene: Scene, sound: Sound) -> None:
         until = handover_time(scene, sound)
     until = min(until, _silent_after(scene, sound.reflection))
     _check_bearable(scene, min(order, _ANY_ORDER), until)
-    sound.lattice = Lattice(geometry.size, sound.reflection, order, until)
+    first = 1
+    if sound.local or sound.arrival_changes:
+        listed = min(order, MESH_ORDER)
+        sound.arrivals.append(_box_paths(scene, sound, listed))
+        first = listed + 1
+    sound.lattice = Lattice(geometry.size, sound.reflection, order, until, first)
 
 
 def _silent_after(scene: Scene, reflection: FloatArray) -> float:
@@ -77,27 +89,68 @@ def _check_bearable(scene: Scene, order: int, until: float) -> None:
         )
 
 
+def _box_paths(scene: Scene, sound: Sound, order: int) -> Arrivals:
+    """List the images of low order, whose reflections effects look at one by one."""
+    paths = box_paths(
+        scene.geometry.size,
+        sound.emitter.position,
+        sound.listeners.positions,
+        order,
+        scene.speed_of_sound * sound.budget.duration,
+    )
+    return _arrivals(scene, sound, paths, (paths.rows, paths.bounces))
+
+
 def _mesh_paths(scene: Scene, sound: Sound) -> Arrivals:
     from rooms.mesh import find_paths
 
     order = MESH_ORDER if sound.budget.max_order is None else sound.budget.max_order
     sound.listed_order = order
+    geometry = scene.geometry.mesh
     paths = find_paths(
-        scene.geometry.mesh,
+        geometry,
         sound.emitter.position,
         sound.listeners.positions,
         max_order=order,
         max_length=scene.speed_of_sound * sound.budget.duration,
         direct=False,
     )
+    if sound.local or sound.arrival_changes:
+        met = paths.bounces(geometry, sound.emitter.position)
+        return _arrivals(scene, sound, paths, met)
+    return _arrivals(scene, sound, paths, None, paths.gains(sound.reflection))
+
+
+def _arrivals(
+    scene: Scene,
+    sound: Sound,
+    paths: "Paths | BoxPaths",
+    met: tuple[IntArray, Bounces] | None,
+    gain: FloatArray | None = None,
+) -> Arrivals:
+    """Return paths as arrivals: with gains, or with the reflections they met."""
+    corners = None
+    if met is not None:
+        rows, bounces = met
+        gain = path_gains(paths.length, rows, bounces, sound.reflect)
+        corners = _corners(paths.order, rows, bounces.point)
     return Arrivals(
         listener=paths.listener,
         delay=paths.length / scene.speed_of_sound,
-        gain=paths.gains(sound.reflection),
+        gain=np.zeros((len(paths), len(scene.bands))) if gain is None else gain,
         departure=paths.departure,
         arrival=paths.arrival,
         order=paths.order,
+        corners=corners,
     )
+
+
+def _corners(order: IntArray, rows: IntArray, point: FloatArray) -> FloatArray:
+    """Return the points of reflection path by path, (paths, most, 3), then NaN."""
+    corners = np.full((len(order), int(order.max(initial=0)), 3), np.nan)
+    first = np.cumsum(order) - order
+    corners[rows, np.arange(len(rows)) - first[rows]] = point
+    return corners
 
 
 SPECULAR = Effect("specular", "mirror reflections (image sources)", needed, apply)

@@ -23,7 +23,7 @@ def traced_energy(scene: Scene, sound: Sound) -> tuple[NDArray[np.float64], floa
     spread = sound.scattering
     histogram = trace_energy(
         scene.geometry.mesh,
-        scene.absorption,
+        sound.absorption if sound.local else scene.absorption,
         np.zeros_like(scene.absorption) if spread is None else spread,
         sound.emitter.position[None],
         sound.listeners.positions,

@@ -36,13 +36,15 @@ def deposit_paths(delays, gains, grid):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def deposit_lattice_flat(dx, dy, dz, gx, gy, gz, ox, oy, order, scale, moments):
+def deposit_lattice_flat(dx, dy, dz, gx, gy, gz, ox, oy, orders, scale, moments):
     """Add every shoebox image between the first row and the last, one band.
 
     `dx` and its like hold the signed offsets of the images along one axis [m],
     `gx` their gains, `ox` their reflection counts; offset and gain separate per
-    axis, so that an image costs one square root. The direct image is left out.
+    axis, so that an image costs one square root. `orders` are the lowest and the
+    highest reflection order.
     """
+    first_order, order = orders
     last = len(moments) // MOMENTS - 1.0
     reach = last / scale
     mid = len(dz) // 2
@@ -62,9 +64,9 @@ def deposit_lattice_flat(dx, dy, dz, gx, gy, gz, ox, oy, order, scale, moments):
                 distance = sqrt(across + dz[low + k] * dz[low + k])
                 at[k] = distance * scale
                 gain[k] = gx[i] * gy[j] * gz[low + k] / max(distance, NEAREST)
-            direct = span if ox[i] + oy[j] == 0 else -1
+            listed = first_order - ox[i] - oy[j]
             for k in range(count):
-                if at[k] >= last or k == direct:
+                if at[k] >= last or abs(k - span) < listed:
                     continue
                 row = int(at[k])
                 x = 2.0 * (at[k] - row) - 1.0
@@ -85,8 +87,9 @@ def deposit_lattice_flat(dx, dy, dz, gx, gy, gz, ox, oy, order, scale, moments):
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def deposit_lattice_bands(dx, dy, dz, gx, gy, gz, ox, oy, oz, order, scale, grid):
+def deposit_lattice_bands(dx, dy, dz, gx, gy, gz, ox, oy, oz, orders, scale, grid):
     """Add every shoebox image, eight bands at once; see `deposit_lattice_flat`."""
+    first_order, order = orders
     reach = (grid.shape[0] - 1.0) / scale
     gain = np.empty(LANES)
     mid = len(dz) // 2
@@ -105,7 +108,7 @@ def deposit_lattice_bands(dx, dy, dz, gx, gy, gz, ox, oy, oz, order, scale, grid
                 square = dz[k] * dz[k]
                 if square >= room:
                     continue
-                if ox[i] + oy[j] + oz[k] == 0:
+                if ox[i] + oy[j] + oz[k] < first_order:
                     continue
                 distance = sqrt(across + square)
                 at = distance * scale
@@ -129,13 +132,14 @@ def deposit_lattice_bands(dx, dy, dz, gx, gy, gz, ox, oy, oz, order, scale, grid
 
 @njit(cache=True, nogil=True)
 def deposit_lattice_patterns(
-    dx, dy, dz, gx, gy, gz, ox, oy, oz, order, scale, emitting, listening, grid
+    dx, dy, dz, gx, gy, gz, ox, oy, oz, orders, scale, emitting, listening, grid
 ):
     """Add every shoebox image, weighted by the gain patterns of both ends.
 
     `emitting` and `listening` are (turn (3, 3), coefficients (lanes, harmonics)):
     the turn takes room directions into the device frame.
     """
+    first_order, order = orders
     reach = (grid.shape[0] - 1.0) / scale
     lanes = grid.shape[2]
     leave, reach_in = np.empty(lanes), np.empty(lanes)
@@ -154,7 +158,7 @@ def deposit_lattice_patterns(
                 square = dz[k] * dz[k]
                 if square >= room:
                     continue
-                if ox[i] + oy[j] + oz[k] == 0:
+                if ox[i] + oy[j] + oz[k] < first_order:
                     continue
                 distance = max(sqrt(across + square), NEAREST)
                 ux, uy, uz = dx[i] / distance, dy[j] / distance, dz[k] / distance

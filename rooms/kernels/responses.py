@@ -53,9 +53,9 @@ def fill_and_shape(
         Lengths of the shoebox; unused without lattice rows.
     axes : tuple of (index, gains, orders) per axis
         See `rooms.kernels.deposit`.
-    limits : tuple (max_order, scale, lattice_rows, patterned)
-        Order limit, samples per metre, rows the lattice may fill, and whether
-        `patterns` weigh the images.
+    limits : tuple (orders, scale, lattice_rows, patterned)
+        Lowest and highest order, samples per metre, rows the lattice may fill, and
+        whether `patterns` weigh the images.
     patterns : tuple (emitter turn, emitter rows, listener turns, listener rows)
         Gain patterns of the ends.
     starts, delays, gains : ndarray
@@ -68,7 +68,7 @@ def fill_and_shape(
     out : ndarray, shape (listeners, lanes, n)
         Zeros on entry; starts LEAD samples before emission.
     """
-    order, scale, lattice_rows, patterned = limits
+    orders, scale, lattice_rows, patterned = limits
     (ix, gx, ox), (iy, gy, oy), (iz, gz, oz) = axes
     decay, banks, sizes = shaping
     lanes = grid.shape[2]
@@ -97,7 +97,7 @@ def fill_and_shape(
                     ox,
                     oy,
                     oz,
-                    order,
+                    orders,
                     scale,
                     emitting,
                     listening,
@@ -113,13 +113,13 @@ def fill_and_shape(
                     gz[:, 0],
                     ox,
                     oy,
-                    order,
+                    orders,
                     scale,
                     grid.reshape(-1)[: 8 * lattice_rows],
                 )
             else:
                 deposit_lattice_bands(
-                    dx, dy, dz, gx, gy, gz, ox, oy, oz, order, scale, box
+                    dx, dy, dz, gx, gy, gz, ox, oy, oz, orders, scale, box
                 )
         some = slice(starts[place], starts[place + 1])
         deposit_paths(delays[some], gains[some], view)

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from rir.arrays import FloatArray, IntArray
 from rir.errors import SceneError
 from rooms.mesh.geometry import MeshGeometry
+from rooms.reflection import Bounces
 
 __all__ = ["Paths", "find_paths"]
 
@@ -69,6 +70,61 @@ class Paths:
         for column in met.T:
             gain *= table[column]
         return gain / np.maximum(self.length, nearest)[:, None]
+
+    def bounces(
+        self, geometry: MeshGeometry, emitter: ArrayLike
+    ) -> tuple[IntArray, Bounces]:
+        """Return every reflection of all paths, and the path of each.
+
+        Parameters
+        ----------
+        geometry : MeshGeometry
+            The room the paths were found in.
+        emitter : array_like, shape (3,)
+            Position the paths were found from [m].
+
+        Returns
+        -------
+        rows : ndarray, shape (bounces,)
+            Index of the path, ascending; along each path from the emitter on.
+        bounces : Bounces
+            The reflections.
+        """
+        panels = geometry.panels
+        place = np.repeat(geometry.localised(emitter), len(self), axis=0)
+        way = self.departure.copy()
+        before = np.zeros(len(self))
+        parts = []
+        for column in range(self.faces.shape[1]):
+            rows = np.nonzero(self.faces[:, column] >= 0)[0]
+            panel = panels.of_face[self.faces[rows, column]]
+            normal = panels.normal[panel]
+            towards = np.einsum("ij,ij->i", normal, way[rows])
+            apart = panels.offset[panel] - np.einsum("ij,ij->i", normal, place[rows])
+            step = apart / np.where(towards == 0, 1.0, towards)
+            before[rows] += step
+            place[rows] += step[:, None] * way[rows]
+            way[rows] -= 2 * towards[:, None] * normal
+            surface = self.surfaces[rows, column]
+            parts.append(
+                (rows, panel, surface, np.abs(towards), before[rows], place[rows])
+            )
+        if not parts:
+            none, empty = np.zeros(0, dtype=np.int64), np.zeros(0)
+            return none, Bounces(none, none, empty, empty, empty, np.zeros((0, 3)))
+        rows, panel, surface, cosine, gone, point = (
+            np.concatenate(part) for part in zip(*parts, strict=True)
+        )
+        order = np.argsort(rows, kind="stable")
+        rows, gone = rows[order], gone[order]
+        return rows, Bounces(
+            surface[order].astype(np.int64),
+            panel[order],
+            cosine[order],
+            gone,
+            self.length[rows] - gone,
+            point[order] + geometry.origin,
+        )
 
 
 def find_paths(
