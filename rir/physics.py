@@ -4,6 +4,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
+    "AIR_DENSITY",
+    "AIR_VISCOSITY",
     "REFERENCE_HUMIDITY_PERCENT",
     "REFERENCE_PRESSURE_KPA",
     "REFERENCE_TEMPERATURE_C",
@@ -17,6 +19,10 @@ __all__ = [
 REFERENCE_TEMPERATURE_C = 20.0  # ISO 9613-1:1993, clause 4
 REFERENCE_HUMIDITY_PERCENT = 50.0  # chosen: a room in use; the standard gives none
 REFERENCE_PRESSURE_KPA = 101.325  # ISO 9613-1:1993, clause 4
+AIR_DENSITY = 1.2041
+"""Density of air at 20 °C and 101.325 kPa [kg/m³]: 101325 Pa / (287.05 · 293.15 K)."""
+AIR_VISCOSITY = 1.82e-5
+"""Dynamic viscosity of air at 20 °C [Pa s] (U.S. Standard Atmosphere 1976, Sutherland)."""
 ZERO_CELSIUS_K = 273.15  # by definition of the degree Celsius
 STRETCH_PER_KELVIN = 0.5 / 293.15
 """Relative change of the speed of sound per kelvin at 20 °C: it grows with sqrt(T)."""
