@@ -22,7 +22,7 @@ REFERENCE_PRESSURE_KPA = 101.325  # ISO 9613-1:1993, clause 4
 AIR_DENSITY = 1.2041
 """Density of air at 20 °C and 101.325 kPa [kg/m³]: 101325 Pa / (287.05 · 293.15 K)."""
 AIR_VISCOSITY = 1.82e-5
-"""Dynamic viscosity of air at 20 °C [Pa s] (U.S. Standard Atmosphere 1976, Sutherland)."""
+"""Viscosity of air at 20 °C [Pa s] (Sutherland; U.S. Standard Atmosphere 1976)."""
 ZERO_CELSIUS_K = 273.15  # by definition of the degree Celsius
 STRETCH_PER_KELVIN = 0.5 / 293.15
 """Relative change of the speed of sound per kelvin at 20 °C: it grows with sqrt(T)."""

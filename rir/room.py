@@ -1,5 +1,6 @@
 """A room as data: size, surfaces, air, furniture."""
 
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -16,7 +17,7 @@ from pydantic import (
 from rir.arrays import FloatArray
 from rir.bands import octave_centers
 from rir.config import StrictModel, load_yaml
-from rir.errors import OutOfReachError
+from rir.errors import OutOfReachError, ResoundingError
 from rir.materials import load_materials
 from rir.physics import (
     REFERENCE_HUMIDITY_PERCENT,
@@ -26,6 +27,16 @@ from rir.physics import (
     speed_of_sound,
 )
 from rir.pose import Pose
+from rir.walls import (
+    Admittance,
+    Impedance,
+    LayeredWall,
+    OneLayer,
+    WallModel,
+    random_incidence_octaves,
+    read_wall,
+    real_admittance,
+)
 
 __all__ = ["WALLS", "Air", "Box", "Place", "RoomSpec", "Surface", "per_octave"]
 
@@ -37,6 +48,7 @@ _Share = Annotated[float, Field(ge=0.0, le=1.0)]
 _Length = Annotated[float, AfterValidator(lambda value: _checked_length(value))]
 _Point = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
 _SHARES = ("absorption", "scattering", "transmission")
+_KINDS = ("material", "absorption", "admittance", "impedance", "layers", "wall")
 
 
 class Air(StrictModel):
@@ -98,15 +110,33 @@ def per_octave(values: Any) -> Any:
 class Surface(StrictModel):
     """What one surface does to sound: absorption and scattering per octave.
 
-    Give a `material` of the bundled table, or `absorption`; either may be combined
+    Give a `material` of the bundled table, or `absorption`: shares that are the same at
+    every angle of incidence. Or state what depends on the angle: an `admittance` or
+    `impedance`, `layers` from the room to their `backing`, or a `wall` of a kind that
+    another package adds, as ``{kind: settings}``; its absorption is then that of
+    diffuse sound. With `locally_reacting` a stated absorption is that of a wall with a
+    real admittance, and layers are crossed straight at every angle. Any may be combined
     with `scattering`, and in meshes with `transmission`. Shares come in any form of
     `per_octave`.
+
+    Examples
+    --------
+    >>> wool = {"thickness_m": 0.05, "flow_resistivity_pa_s_m2": 10000}
+    >>> surface = Surface(layers=[{"porous": wool}, {"air_gap": {"thickness_m": 0.1}}])
+    >>> surface.absorption_per_band.round(2).tolist()
+    [0.29, 0.61, 0.85, 0.86, 0.92, 0.95, 0.96]
     """
 
     material: str | None = None
     absorption: tuple[_Share, ...] | None = None
     scattering: tuple[_Share, ...] | None = None
     transmission: tuple[_Share, ...] | None = None
+    admittance: Admittance | None = None
+    impedance: Impedance | None = None
+    layers: tuple[OneLayer, ...] | None = None
+    backing: Literal["rigid", "air"] | None = None
+    wall: dict[str, Any] | None = None
+    locally_reacting: bool = False
 
     @model_validator(mode="before")
     @classmethod
@@ -122,8 +152,14 @@ class Surface(StrictModel):
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
-        if (self.material is None) == (self.absorption is None):
-            raise ValueError("give either a material or absorption, not both or none")
+        given = [kind for kind in _KINDS if getattr(self, kind) is not None]
+        if len(given) != 1:
+            raise ValueError(
+                f"give one of {', '.join(_KINDS[:-1])} or {_KINDS[-1]};"
+                f" got {' and '.join(given) or 'none'}"
+            )
+        if self.backing is not None and self.layers is None:
+            raise ValueError("a backing needs layers in front of it")
         if self.material is not None and self.material not in load_materials():
             try:
                 load_materials()[self.material]
@@ -136,7 +172,30 @@ class Surface(StrictModel):
                     f"{name} needs 1, 6 or {len(_BANDS)} values (octaves 125 Hz to 4 or"
                     f" 8 kHz) or a mapping from Hz to value, not {len(values)}"
                 )
+        try:
+            self.wall_model  # noqa: B018 - what cannot be built is a mistake
+        except ResoundingError as error:
+            raise ValueError(str(error)) from error
         return self
+
+    @cached_property
+    def wall_model(self) -> WallModel | None:
+        """What the surface answers at each angle; None where all angles are alike."""
+        if self.layers is not None:
+            return LayeredWall(
+                layers=self.layers,
+                locally_reacting=self.locally_reacting,
+                backing=self.backing or "rigid",
+            )
+        if self.wall is not None:
+            if len(self.wall) != 1:
+                raise ValueError("a wall is one kind and its settings: {kind: {…}}")
+            ((name, settings),) = self.wall.items()
+            return read_wall(name, settings)
+        if self.locally_reacting and self.admittance is None and self.impedance is None:
+            conductance = real_admittance(self._values("absorption", 0.0))
+            return Admittance(conductance=tuple(conductance.tolist()))
+        return self.admittance or self.impedance
 
     def _values(self, name: str, default: float) -> FloatArray:
         given = getattr(self, name)
@@ -149,6 +208,8 @@ class Surface(StrictModel):
     @property
     def absorption_per_band(self) -> FloatArray:
         """Random-incidence absorption per octave, shape (7,)."""
+        if self.material is None and self.absorption is None and self.wall_model:
+            return random_incidence_octaves(self.wall_model, _BANDS)
         return self._values("absorption", 0.0)
 
     @property

@@ -44,7 +44,7 @@ def equivalent_box(scene: Scene) -> Scene:
         name: facing @ getattr(scene, name)
         for name in ("absorption", "scattering", "transmission")
     }
-    return replace(scene, geometry=Shoebox(size), **shares)
+    return replace(scene, geometry=Shoebox(size), walls={}, **shares)
 
 
 @lru_cache(maxsize=64)

@@ -12,16 +12,22 @@ from typing import Protocol
 
 import numpy as np
 
-from rir.arrays import FloatArray, IntArray
+from rir.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 
 __all__ = [
+    "ECHO_FREQUENCIES",
     "BounceChange",
     "Bounces",
     "Reflection",
     "ScatteredShare",
+    "Spectra",
     "changed",
     "path_gains",
 ]
+
+
+ECHO_FREQUENCIES = np.geomspace(60.0, 15000.0, 64)
+"""Where reflections are asked for [Hz]: eight an octave, all that octaves reach."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +61,35 @@ class Bounces:
 
 
 @dataclass(frozen=True, eq=False)
+class Spectra:
+    """Reflections over frequency, beside what octaves say of them.
+
+    Parameters
+    ----------
+    factor : ndarray, shape (n, frequencies)
+        Factor of the pressure at `ECHO_FREQUENCIES`.
+    octaves : ndarray, shape (n, bands)
+        The same as the octaves have it, which it stands for.
+    angled : ndarray of bool, shape (n,)
+        Which reflections are meant; both factors are 1 elsewhere.
+    """
+
+    factor: ComplexArray
+    octaves: FloatArray
+    angled: BoolArray
+
+    def along(self, paths: int, rows: IntArray) -> "Spectra":
+        """Return the products along paths, to which reflections belong by `rows`."""
+        factor = np.ones((paths, self.factor.shape[1]), complex)
+        octaves = np.ones((paths, self.octaves.shape[1]))
+        angled = np.zeros(paths, bool)
+        np.multiply.at(factor, rows, self.factor)
+        np.multiply.at(octaves, rows, self.octaves)
+        np.logical_or.at(angled, rows, self.angled)
+        return Spectra(factor, octaves, angled)
+
+
+@dataclass(frozen=True, eq=False)
 class Reflection:
     """What becomes of sound at each of several reflections.
 
@@ -65,10 +100,13 @@ class Reflection:
         phase turns.
     scattered : ndarray, shape (n, bands)
         Share of the reflected energy that goes elsewhere than the mirror sends it.
+    spectra : Spectra, optional
+        Where surfaces turn the phase: what `pressure` stands for, over frequency.
     """
 
     pressure: FloatArray
     scattered: FloatArray
+    spectra: Spectra | None = None
 
     @property
     def specular(self) -> FloatArray:
@@ -143,7 +181,7 @@ def path_gains(
     bounces: Bounces,
     reflect: Callable[[Bounces], Reflection],
     nearest: float = 0.01,
-) -> FloatArray:
+) -> tuple[FloatArray, Spectra | None]:
     """Return the amplitude of paths whose reflections are asked for one by one.
 
     Parameters
@@ -161,9 +199,15 @@ def path_gains(
 
     Returns
     -------
-    ndarray, shape (paths, bands)
+    gain : ndarray, shape (paths, bands)
+        Signed amplitudes.
+    spectra : Spectra or None
+        Of the paths, where surfaces turn the phase.
     """
-    factor = reflect(bounces).specular
+    reflection = reflect(bounces)
+    factor = reflection.specular
     gain = np.ones((len(length), factor.shape[1]))
     np.multiply.at(gain, rows, factor)
-    return gain / np.maximum(length, nearest)[:, None]
+    gain /= np.maximum(length, nearest)[:, None]
+    spectra = reflection.spectra
+    return gain, None if spectra is None else spectra.along(len(length), rows)

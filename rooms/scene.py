@@ -14,6 +14,7 @@ from rir.bands import octave_centers
 from rir.errors import SceneError
 from rir.numbers import read_array, read_number, shown
 from rir.room import WALLS, Air
+from rir.walls import WallModel, random_incidence_octaves
 from rooms.geometry import Geometry, Shoebox
 from rooms.hardware import Hardware
 
@@ -81,6 +82,25 @@ def _named(what: str, values: Mapping[str, Any], wall: str) -> FloatArray:
     )
 
 
+def _models_of(walls: Mapping[str, WallModel]) -> dict[int, WallModel]:
+    """Return the models of a box's walls by row; the nearest name holds."""
+    known = {*WALLS, "walls", "all"}
+    for name, model in walls.items():
+        if name not in known:
+            raise SceneError(f"no wall {name!r}; known: {', '.join(sorted(known))}")
+        if not isinstance(model, WallModel):
+            raise SceneError(
+                f"the wall {name!r} is a model of rir.walls, not {shown(model)}"
+            )
+    rows = {}
+    for row, wall in enumerate(WALLS):
+        keys = (wall, "walls" if wall[0] in "xy" else "all", "all")
+        found = [walls[key] for key in keys if key in walls]
+        if found:
+            rows[row] = found[0]
+    return rows
+
+
 def furniture_notes(room: RoomSpec) -> tuple[str, ...]:
     """Return what to say of the furniture of a room, which sound passes through."""
     if not room.furniture:
@@ -114,6 +134,10 @@ class Scene:
         How fast the emitter moves [m/s]; judged by the planner.
     notes : tuple of str
         What else people should know of the room, see `remarks`.
+    walls : mapping
+        Row of a surface to the `rir.walls.WallModel` that it answers by at each angle;
+        surfaces that are not in it reflect alike at all angles. Their absorption
+        is that of diffuse sound.
 
     Examples
     --------
@@ -134,6 +158,7 @@ class Scene:
     hardware: Hardware | None = None
     emitter_speed: float = 0.0
     notes: tuple[str, ...] = ()
+    walls: Mapping[int, WallModel] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         read_number(
@@ -154,6 +179,15 @@ class Scene:
                 f"bands are ascending frequencies, one per column of absorption"
                 f" {self.absorption.shape}, not {shown(self.bands)}"
             )
+        rows = range(len(self.absorption))
+        if not all(
+            row in rows and isinstance(wall, WallModel)
+            for row, wall in self.walls.items()
+        ):
+            raise SceneError(
+                f"walls maps rows of surfaces (0…{len(rows) - 1}) to models of"
+                f" rir.walls, not {shown(self.walls)}"
+            )
         if np.any(self.transmission > self.absorption + 1e-12):
             raise SceneError(
                 "transmission cannot exceed absorption: what passes through a"
@@ -170,6 +204,7 @@ class Scene:
         emitter_gain: GainPattern | None = None,
         listener_gain: GainPattern | None = None,
         name: str = "shoebox",
+        walls: Mapping[str, WallModel] | None = None,
         **changes: Any,
     ) -> "Scene":
         """Return a box-shaped scene.
@@ -186,6 +221,9 @@ class Scene:
             Omnidirectional when left out.
         name : str
             Shown in reports.
+        walls : mapping, optional
+            Name of a wall (or "walls", "all") to a `rir.walls.WallModel`, whose
+            absorption of diffuse sound then stands for what is stated for the wall.
         **changes
             `hardware`, `emitter_speed` or `notes`, see `Scene`.
 
@@ -200,9 +238,13 @@ class Scene:
             raise SceneError(
                 f"a box takes no {unknown}; besides the named ones: {', '.join(known)}"
             )
+        models = _models_of({} if walls is None else walls)
+        shares = spread_shares("absorption", absorption, 6)
+        for row, model in models.items():
+            shares[row] = random_incidence_octaves(model, _BANDS)
         return Scene(
             Shoebox(read_array(size, "lengths of a box [m]", "", SceneError)),
-            spread_shares("absorption", absorption, 6),
+            shares,
             spread_shares("scattering", scattering, 6),
             np.zeros((6, len(_BANDS))),
             air=Air() if air is None else air,
@@ -211,6 +253,7 @@ class Scene:
                 GainPattern.omni() if listener_gain is None else listener_gain
             ),
             name=name,
+            walls=models,
             **changes,
         )
 
@@ -242,7 +285,9 @@ class Scene:
             name=room.name,
             notes=furniture_notes(room),
         )
-        return replace(scene, **changes)
+        models = {row: room.surface(wall).wall_model for row, wall in enumerate(WALLS)}
+        known = {row: model for row, model in models.items() if model is not None}
+        return replace(scene, **{"walls": known, **changes})
 
     @staticmethod
     def from_mesh(
@@ -314,7 +359,7 @@ class Scene:
 
         shares = resolve_surfaces(geometry.surface_names, materials)
         try:
-            return replace(Scene(geometry, *shares), **changes)
+            return replace(Scene(geometry, *shares[:3], walls=shares[3]), **changes)
         except TypeError as error:
             raise SceneError(
                 f"no such field of a scene: {', '.join(changes)}; see rooms.Scene"

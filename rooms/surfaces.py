@@ -12,15 +12,18 @@ from rir.errors import SceneError
 from rir.materials import load_materials
 from rir.numbers import shown
 from rir.room import Surface
+from rir.walls import WallModel
 
 __all__ = ["Shares", "resolve_surfaces"]
 
-Shares = tuple[FloatArray, FloatArray, FloatArray]
+Shares = tuple[FloatArray, FloatArray, FloatArray, dict[int, WallModel]]
 _ANY = ("all", "default")
 
 
 def resolve_surfaces(names: Sequence[str], materials: Any) -> Shares:
-    """Return absorption, scattering and transmission, each (surfaces, bands).
+    """Return absorption, scattering, transmission, each (surfaces, bands), and walls.
+
+    The walls are the models, by row, of surfaces that answer by angle.
 
     Parameters
     ----------
@@ -73,11 +76,14 @@ def resolve_surfaces(names: Sequence[str], materials: Any) -> Shares:
             ' materials={"all": ...}, or names of the bundled table: '
             + ", ".join(sorted(load_materials()))
         )
-    rows = [_shares(name, _find(name, by_name)) for name in names]
-    absorption, scattering, transmission = (
-        np.array(part) for part in zip(*rows, strict=True)
+    rows = [_surface(name, _find(name, by_name)) for name in names]
+    walls = {row: one.wall_model for row, one in enumerate(rows)}
+    return (
+        np.array([one.absorption_per_band for one in rows]),
+        np.array([one.scattering_per_band for one in rows]),
+        np.array([one.transmission_per_band for one in rows]),
+        {row: wall for row, wall in walls.items() if wall is not None},
     )
-    return absorption, scattering, transmission
 
 
 def _listed(names: Sequence[str]) -> str:
@@ -86,7 +92,7 @@ def _listed(names: Sequence[str]) -> str:
 
 def _is_table(names: Sequence[str], materials: Mapping[Any, Any]) -> bool:
     """Tell a mapping of surfaces from the description of a single material."""
-    own = {"absorption", "scattering", "transmission", "material"}
+    own = set(Surface.model_fields)
     return not set(materials) <= own or bool(set(materials) & set(names))
 
 
@@ -98,8 +104,8 @@ def _find(name: str, by_name: Mapping[str, Any]) -> Any:
     return name if name in load_materials() else None
 
 
-def _shares(name: str, material: Any) -> Shares:
-    """Return the shares of one surface."""
+def _surface(name: str, material: Any) -> Surface:
+    """Return what one surface does to sound."""
     if isinstance(material, int | float):
         material = {"absorption": material}
     elif isinstance(material, str):
@@ -111,12 +117,7 @@ def _shares(name: str, material: Any) -> Shares:
             " per octave"
         )
     entry = {key: _plain(value) for key, value in material.items()}
-    surface = validate(entry, Surface, origin=f"surface {name!r}")
-    return (
-        surface.absorption_per_band,
-        surface.scattering_per_band,
-        surface.transmission_per_band,
-    )
+    return validate(entry, Surface, origin=f"surface {name!r}")
 
 
 def _plain(value: Any) -> Any:

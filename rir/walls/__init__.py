@@ -6,7 +6,7 @@ Rooms, rays, wave grids and fits ask a `WallModel` for its admittance, and
 
 from rir.walls.admittance import Admittance, Impedance, real_admittance
 from rir.walls.kinds import WALL_MODELS, WallKind, read_wall
-from rir.walls.layers import AirGap, LayeredWall, Panel, Perforated, Porous
+from rir.walls.layers import AirGap, LayeredWall, OneLayer, Panel, Perforated, Porous
 from rir.walls.reflection import (
     octave_frequencies,
     pressure_factor,
@@ -21,6 +21,7 @@ __all__ = [
     "AirGap",
     "Impedance",
     "LayeredWall",
+    "OneLayer",
     "Panel",
     "Perforated",
     "Porous",

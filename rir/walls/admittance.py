@@ -170,7 +170,7 @@ def real_admittance(absorption: FloatArray) -> FloatArray:
     Examples
     --------
     >>> real_admittance(np.array([0.0, 0.1, 0.5])).round(4).tolist()
-    [0.0, 0.014, 0.1102]
+    [0.0, 0.014, 0.1035]
     """
     wanted = np.asarray(absorption, float)
     if np.any(wanted > MOST_ABSORBED):

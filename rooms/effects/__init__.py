@@ -18,11 +18,13 @@ from rooms.effects.patterns import PATTERNS
 from rooms.effects.scattering import SCATTERING
 from rooms.effects.specular import SPECULAR
 from rooms.effects.transmission import TRANSMISSION
+from rooms.effects.walls import WALLS
 
 __all__ = ["EFFECTS", "Effect", "Need", "Tolerance"]
 
 _ORDER = (
     PATTERNS,
+    WALLS,
     SCATTERING,
     AIR,
     DIRECT,

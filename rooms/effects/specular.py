@@ -14,6 +14,7 @@ from rooms.predict import predicted_errors
 from rooms.reflection import Bounces, path_gains
 from rooms.scene import Scene
 from rooms.sound import Arrivals, Budget, Lattice, Sound
+from rooms.walls import spread_echoes
 
 if TYPE_CHECKING:
     from rooms.mesh.images import Paths
@@ -44,7 +45,7 @@ def apply(scene: Scene, sound: Sound) -> None:
     if not np.any(sound.reflection):
         return
     if not geometry.lattice:
-        sound.arrivals.append(_mesh_paths(scene, sound))
+        sound.arrivals.extend(_mesh_paths(scene, sound))
         return
     order = _ANY_ORDER if budget.max_order is None else budget.max_order
     until = budget.duration
@@ -58,7 +59,7 @@ def apply(scene: Scene, sound: Sound) -> None:
     first = 1
     if sound.local or sound.arrival_changes:
         listed = min(order, MESH_ORDER)
-        sound.arrivals.append(_box_paths(scene, sound, listed))
+        sound.arrivals.extend(_box_paths(scene, sound, listed))
         first = listed + 1
     sound.lattice = Lattice(geometry.size, sound.reflection, order, until, first)
 
@@ -89,7 +90,7 @@ def _check_bearable(scene: Scene, order: int, until: float) -> None:
         )
 
 
-def _box_paths(scene: Scene, sound: Sound, order: int) -> Arrivals:
+def _box_paths(scene: Scene, sound: Sound, order: int) -> list[Arrivals]:
     """List the images of low order, whose reflections effects look at one by one."""
     paths = box_paths(
         scene.geometry.size,
@@ -101,7 +102,7 @@ def _box_paths(scene: Scene, sound: Sound, order: int) -> Arrivals:
     return _arrivals(scene, sound, paths, (paths.rows, paths.bounces))
 
 
-def _mesh_paths(scene: Scene, sound: Sound) -> Arrivals:
+def _mesh_paths(scene: Scene, sound: Sound) -> list[Arrivals]:
     from rooms.mesh import find_paths
 
     order = MESH_ORDER if sound.budget.max_order is None else sound.budget.max_order
@@ -127,14 +128,14 @@ def _arrivals(
     paths: "Paths | BoxPaths",
     met: tuple[IntArray, Bounces] | None,
     gain: FloatArray | None = None,
-) -> Arrivals:
+) -> list[Arrivals]:
     """Return paths as arrivals: with gains, or with the reflections they met."""
-    corners = None
+    corners, spectra = None, None
     if met is not None:
         rows, bounces = met
-        gain = path_gains(paths.length, rows, bounces, sound.reflect)
+        gain, spectra = path_gains(paths.length, rows, bounces, sound.reflect)
         corners = _corners(paths.order, rows, bounces.point)
-    return Arrivals(
+    arrivals = Arrivals(
         listener=paths.listener,
         delay=paths.length / scene.speed_of_sound,
         gain=np.zeros((len(paths), len(scene.bands))) if gain is None else gain,
@@ -143,6 +144,9 @@ def _arrivals(
         order=paths.order,
         corners=corners,
     )
+    if spectra is None:
+        return [arrivals]
+    return spread_echoes(arrivals, spectra, scene.bands)
 
 
 def _corners(order: IntArray, rows: IntArray, point: FloatArray) -> FloatArray:
