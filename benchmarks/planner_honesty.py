@@ -30,6 +30,7 @@ from rooms.places import random_places
 
 KINDS = ("level_db", "clarity_db", "reverberation_percent", "early_decay_percent")
 ALWAYS_OFF = ("motion", "hardware")
+FADE = 0.03  # s: two periods of the lowest octave's lower edge
 BOX_ONLY = ("transmission", "modes", "diffraction")
 
 
@@ -229,6 +230,8 @@ def measure(
     took = time.process_time() - start
     heard = scene.bands[scene.bands < rate / 2]
     n = h.shape[-1]
+    # a sharp end would click in all octaves
+    h = h * np.sin(np.pi / 2 * np.minimum(np.arange(n, 0, -1) / (FADE * rate), 1))
     # what lies below the lowest octave belongs to no octave
     centers = heard[0] / 2, *map(float, heard)
     weights = crossover_gains(centers, rate, 2 * n)[1:]
@@ -271,6 +274,7 @@ def compare(seed: int, shape: str, wide: bool = False) -> dict[str, Any]:
     limits = vars(tolerance)
     return {
         "seed": seed,
+        "work": vars(chosen.work),
         "shape": shape,
         "off": [name for name in names if name not in chosen.on],
         "changes": worst,

@@ -111,7 +111,7 @@ def simulate_room(
         "only": _names(only) if only is not None else None,
         "without": _names(without),
         "everything": everything,
-        "tolerance": _tolerance(tolerance),
+        "tolerance": _tolerance(tolerance or accuracy, tolerance is None),
     }
     effort = {"accuracy": accuracy, "seconds": seconds, "seed": seed}
     stated = _stated((emitter, listener), load_places(scene))
@@ -133,11 +133,13 @@ def _names(text: str) -> list[str]:
     return [name.strip() for name in text.split(",") if name.strip()]
 
 
-def _tolerance(text: str | None) -> Any:
+def _tolerance(text: str | None, alone: bool) -> Any:
+    """Return the tolerance stated; `alone` says that all else may be anything."""
     from rooms.effects import Tolerance
     from rooms.effort import parse_accuracy
 
-    return Tolerance(**parse_accuracy(text))
+    limits = parse_accuracy(text)
+    return Tolerance.of(limits) if alone and limits else Tolerance(**limits)
 
 
 def _carry_out(

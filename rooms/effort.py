@@ -10,9 +10,9 @@ import numpy as np
 from rir.arrays import FloatArray
 from rir.errors import SignalError
 from rir.physics import decibels
-from rooms.sound import Budget
+from rooms.sound import Budget, Sound
 
-__all__ = ["Target", "parse_accuracy", "spread_errors"]
+__all__ = ["Target", "parse_accuracy", "sampling_errors", "spread_errors"]
 
 _KINDS = {
     "C50": "clarity_db",
@@ -93,7 +93,8 @@ class Target:
         is a third more than the last alone. With a time only, the last attempt is
         the largest that is expected to fit.
         """
-        start, rays = clock(), _FIRST_RAYS if budget.rays is None else budget.rays
+        start = clock()
+        rays = budget.rays or budget.work.rays or _FIRST_RAYS
         while True:
             budget = replace(budget, rays=rays)
             before = clock()
@@ -109,6 +110,25 @@ class Target:
             if late:
                 return budget
             rays *= 4
+
+
+def sampling_errors(sound: Sound) -> dict[str, float]:
+    """Return the standard errors of what was traced; zero where nothing was."""
+    if sound.traced is None or not len(sound.listeners):
+        kinds = ("level_db", "clarity_db", "reverberation_percent")
+        return dict.fromkeys((*kinds, "early_decay_percent"), 0.0)
+    histogram, step = sound.traced, sound.traced.time_step
+    energy = histogram.energy[0]
+    paths = np.zeros_like(energy)
+    for arrivals in sound.arrivals:
+        at = (arrivals.delay / step).astype(int)
+        inside = at < energy.shape[-1]
+        for band in range(paths.shape[1]):
+            where = arrivals.listener[inside], np.full(inside.sum(), band), at[inside]
+            np.add.at(paths, where, arrivals.gain[inside, band] ** 2)
+    way = np.linalg.norm(sound.listeners.positions - sound.emitter.position, axis=1)
+    arrival = way / sound.scene.speed_of_sound
+    return spread_errors(energy, histogram.error[0], paths, step, arrival)
 
 
 def spread_errors(

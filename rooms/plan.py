@@ -1,13 +1,15 @@
 """Which effects a scene calls for, and why."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from rooms.effects import EFFECTS, Need, Tolerance
 from rooms.request import check_kind, check_names, make_budget
 from rooms.scene import Scene
+from rooms.sound import Budget, Work
+from rooms.work import choose_work
 
 __all__ = ["EffectPlan", "plan_effects"]
 
@@ -22,10 +24,13 @@ class EffectPlan:
         Effect name to `Need`.
     tolerance : Tolerance
         What the verdicts had to meet.
+    work : Work
+        How finely the effects that are on are computed.
     """
 
     verdicts: dict[str, Need]
     tolerance: Tolerance
+    work: Work = field(default_factory=Work)
 
     @property
     def on(self) -> list[str]:
@@ -99,7 +104,20 @@ def plan_effects(
             continue
         verdict = effect.needed(scene, budget, tolerance)
         verdicts[name] = _overridden(name, verdict, only, without, everything)
-    return EffectPlan(verdicts, tolerance)
+    if only is not None or everything:
+        return EffectPlan(verdicts, tolerance)
+    return _frugal(scene, budget, EffectPlan(verdicts, tolerance))
+
+
+def _frugal(scene: Scene, budget: Budget, plan: EffectPlan) -> EffectPlan:
+    """Return a plan that works no finer than its tolerance asks for."""
+    work = choose_work(scene, budget, plan.tolerance, plan.on)
+    verdicts = dict(plan.verdicts)
+    late = verdicts.get("late")
+    if work.images_until < budget.duration and late is not None and not late.on:
+        why = f"images are listed singly up to {1000 * work.images_until:.0f} ms"
+        verdicts["late"] = Need(True, why, late.errors, late.cost_s)
+    return replace(plan, verdicts=verdicts, work=work)
 
 
 def _overridden(

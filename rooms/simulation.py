@@ -1,14 +1,15 @@
 """Responses between any emitters and listeners of a scene."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from rir import Poses
 from rir.arrays import FloatArray
-from rooms.effort import Target, parse_accuracy, spread_errors
+from rooms.effects import Tolerance
+from rooms.effort import Target, parse_accuracy, sampling_errors
 from rooms.plan import EffectPlan, plan_effects
 from rooms.request import check_effort, check_kind, make_budget, make_seed
 from rooms.scene import Scene
@@ -128,6 +129,7 @@ def simulate(
     places = Poses.of(emitters), Poses.of(listeners)
     scene.check_inside("emitter", places[0].positions)
     scene.check_inside("listener", places[1].positions)
+    limits = parse_accuracy(accuracy)
     if plan is None:
         plan = plan_effects(
             scene,
@@ -137,8 +139,10 @@ def simulate(
             rays=rays,
             only=effects,
             judge=False,
+            tolerance=Tolerance.of(limits) if limits else None,
         )
-    target = Target(parse_accuracy(accuracy), seconds)
+    budget = replace(budget, work=plan.work)
+    target = Target(limits, seconds)
     run = _Run(scene, plan, places, threads, dtype)
     if target.open_ended or not run.traces(budget):
         run(budget)
@@ -180,29 +184,10 @@ class _Run:
             made = run_plan(self.scene, self.plan, sound, self.threads, out)
             if not whole:
                 self.responses[index] = made
-            errors.append(estimated_errors(sound))
+            errors.append(sampling_errors(sound))
         kinds = errors[0] if errors else {}
         self.errors = {k: float(np.mean([e[k] for e in errors])) for k in kinds}
         return self.errors
-
-
-def estimated_errors(sound: Sound) -> dict[str, float]:
-    """Return the standard errors of what was traced; zero where nothing was."""
-    if sound.traced is None or not len(sound.listeners):
-        kinds = ("level_db", "clarity_db", "reverberation_percent")
-        return dict.fromkeys((*kinds, "early_decay_percent"), 0.0)
-    histogram, step = sound.traced, sound.traced.time_step
-    energy = histogram.energy[0]
-    paths = np.zeros_like(energy)
-    for arrivals in sound.arrivals:
-        at = (arrivals.delay / step).astype(int)
-        inside = at < energy.shape[-1]
-        for band in range(paths.shape[1]):
-            where = arrivals.listener[inside], np.full(inside.sum(), band), at[inside]
-            np.add.at(paths, where, arrivals.gain[inside, band] ** 2)
-    way = np.linalg.norm(sound.listeners.positions - sound.emitter.position, axis=1)
-    arrival = way / sound.scene.speed_of_sound
-    return spread_errors(energy, histogram.error[0], paths, step, arrival)
 
 
 def run_plan(

@@ -15,7 +15,25 @@ from rir.arrays import FloatArray
 from rooms.reflection import BounceChange, Bounces, Reflection, changed
 from rooms.scene import Scene
 
-__all__ = ["Arrivals", "Budget", "Lattice", "Sound", "Waves"]
+__all__ = ["Arrivals", "Budget", "Lattice", "Sound", "Waves", "Work"]
+
+
+@dataclass(frozen=True)
+class Work:
+    """How finely the effects that are on are computed; the defaults are the finest."""
+
+    rays: int | None = None
+    """Rays per trace where none are asked for; None for the most that are usual."""
+    images_until: float = float("inf")
+    """Latest arrival of the single images of a box [s]: waves carry all later ones."""
+    cells_per_wave: float = 10.0
+    """Cells of the wave grid per wavelength at its highest frequency."""
+    moments: int = 8
+    """Powers that place a pulse between two samples: 8 are exact to -100 dB, 4 to
+    -40 dB (`rooms.kernels.pulses`)."""
+    directions: int = 0
+    """Cells along the edge of a cube of directions whose gains images look up; 0 for
+    exact gains."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +50,8 @@ class Budget:
     """Rays per trace; None lets the planner choose."""
     seed: int = 0
     """Key of everything random: equal seeds give equal responses."""
+    work: Work = field(default_factory=Work)
+    """How finely to compute what is not stated above."""
 
     @property
     def duration(self) -> float:
@@ -83,6 +103,8 @@ class Lattice:
     """Latest arrival [s]."""
     from_order: int = 1
     """Lowest reflection order: those below are listed one by one."""
+    fading: float = 0.0
+    """How long before the latest arrival images begin to fade [s]."""
 
     @property
     def farthest(self) -> float:

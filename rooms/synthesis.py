@@ -104,7 +104,7 @@ class _Renderer:
         self.lanes = 1 if _is_flat(sound) else _FULL
         self.bands = 1 if self.lanes == 1 else len(scene.bands)
         self.scale = budget.sample_rate / scene.speed_of_sound
-        self.rows = 0
+        self.rows = self.fading = 0
         self.orders = (1, 0)
         empty = np.zeros(0, dtype=np.int64)
         self.axes: Any = ((empty, np.zeros((0, self.lanes)), empty),) * 3
@@ -117,11 +117,13 @@ class _Renderer:
             bank = pulses.pulse_bank()[None].astype(np.float32)
             banks = bank, np.array([[8, 0, pulses.TAPS]])
         else:
-            banks = pulses.lane_banks(centers, budget.sample_rate)
+            rate, most = budget.sample_rate, budget.work.moments
+            banks = pulses.lane_banks(centers, rate, most)
         self.shaping = (self._decay(), *banks)
 
     def new_grid(self) -> FloatArray:
-        return np.zeros((self.sound.budget.n_samples + 1, 8, self.lanes))
+        most = 8 if self.lanes == 1 else self.sound.budget.work.moments
+        return np.zeros((self.sound.budget.n_samples + 1, most, self.lanes))
 
     def _prepare(self, lattice: Lattice) -> None:
         limit = lattice.until * self.sound.budget.sample_rate
@@ -129,6 +131,7 @@ class _Renderer:
         rows = int(np.ceil(min(limit, far))) + 1
         self.rows = min(rows, self.sound.budget.n_samples + 1)
         self.orders = (lattice.from_order, lattice.max_order)
+        self.fading = round(lattice.fading * self.sound.budget.sample_rate)
         reach = self.rows / self.scale
         self.axes = tuple(_axis(lattice, k, reach, self.lanes) for k in range(3))
 
@@ -137,7 +140,8 @@ class _Renderer:
         count = len(self.sound.listeners)
         if self.sound.patterns is None:
             none = np.zeros((self.lanes, 1))
-            return np.eye(3), none, np.zeros((count, 3, 3)), none
+            tables = np.zeros((0, self.lanes)), np.zeros((0, self.lanes))
+            return np.eye(3), none, np.zeros((count, 3, 3)), none, *tables
         emitting, listening = (
             np.ascontiguousarray(_lanes(pattern.T, self.lanes).T)
             for pattern in (
@@ -146,7 +150,10 @@ class _Renderer:
             )
         )
         turns = np.stack([_turn(q) for q in self.sound.listeners.orientations])
-        return _turn(self.sound.emitter.orientation), emitting, turns, listening
+        side = self.sound.budget.work.directions
+        tables = (_gain_table(rows, side) for rows in (emitting, listening))
+        turn = _turn(self.sound.emitter.orientation)
+        return turn, emitting, turns, listening, *tables
 
     def _decay(self) -> FloatArray:
         rows = self.sound.budget.n_samples + 1
@@ -200,10 +207,12 @@ class _Renderer:
             delays = np.concatenate([delays, wave_delays])
             gains = np.concatenate([gains, wave_gains])
             starts = np.array([0, len(delays)])
+        weighed = sound.patterns is not None
         size = sound.lattice.size if sound.lattice is not None else np.zeros(3)
         listeners = sound.listeners.positions[part.start : part.stop]
-        limits = self.orders, self.scale, self.rows, sound.patterns is not None
-        ends = (*self.ends[:2], self.ends[2][part.start : part.stop], self.ends[3])
+        limits = self.orders, self.scale, self.rows, self.fading, weighed
+        turns = self.ends[2][part.start : part.stop]
+        ends = (*self.ends[:2], turns, *self.ends[3:])
         shape = (len(part), self.bands, n + 1 + pulses.TAPS)
         out = np.zeros(shape, dtype=np.float32)
         responses.fill_and_shape(
@@ -235,6 +244,17 @@ class _Renderer:
             parts.append((delay * sound.budget.sample_rate, _lanes(gain, self.lanes)))
         delays, gains = zip(*parts, strict=True)
         return np.concatenate(delays), np.concatenate(gains)
+
+
+def _gain_table(coefficients: FloatArray, side: int) -> FloatArray:
+    """Return gains, (directions, lanes), for the cells of a cube: see `looked_up`."""
+    from rir.harmonics import evaluate_harmonics, harmonic_order
+    from rooms.kernels.patterns import cell_directions
+
+    if not side:
+        return np.zeros((0, len(coefficients)))
+    order = harmonic_order(coefficients.shape[1])
+    return evaluate_harmonics(cell_directions(side), order) @ coefficients.T
 
 
 def _turn(orientation: FloatArray) -> FloatArray:

@@ -1,5 +1,6 @@
 """What every effect is: a name, a judgement of when it matters, and an action."""
 
+import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 
@@ -38,7 +39,22 @@ class Tolerance:
         for kind in _UNITS:
             limit = getattr(self, kind)
             what = f"the tolerance of {_UNITS[kind][0]} [{_UNITS[kind][1]}]"
-            object.__setattr__(self, kind, read_number(limit, what, least=0))
+            object.__setattr__(
+                self,
+                kind,
+                limit if limit == math.inf else read_number(limit, what, least=0),
+            )
+
+    @classmethod
+    def of(cls, limits: dict[str, float]) -> "Tolerance":
+        """Return a tolerance of the kinds that are limited; all else may be anything.
+
+        Examples
+        --------
+        >>> Tolerance.of({"clarity_db": 0.5}).level_db
+        inf
+        """
+        return cls(**{kind: limits.get(kind, math.inf) for kind in _UNITS})
 
     def exceeded(self, errors: dict[str, float]) -> list[str]:
         """Return the kinds of error that predictions come too close to."""

@@ -9,6 +9,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from rir.arrays import FloatArray
 from rir.physics import decibels
 from rooms.energy_flow import EnergyFlow, energy_flow
 from rooms.predict import equivalent_box
@@ -17,6 +18,7 @@ from rooms.sound import Budget, Sound
 
 __all__ = [
     "MESH_ORDER",
+    "fading_before",
     "flow_energy",
     "flow_of",
     "handover_time",
@@ -31,6 +33,11 @@ MESH_ORDER = 3
 
 _NEGLIGIBLE = 1e-4
 """Share of the energy below which images need no list of their own (-40 dB)."""
+
+
+_FADING = 0.03
+"""Images fade over two periods of the lowest octave's lower edge [s]: all of one sign,
+they sum to a slow pressure, whose sharp end would click in the lowest octaves."""
 
 
 @lru_cache(maxsize=8)
@@ -50,15 +57,33 @@ def flow_of(scene: Scene, sound: Sound) -> EnergyFlow:
 
 
 def handover_time(scene: Scene, sound: Sound) -> float:
-    """Return the time [s] after which images carry less than -40 dB of the energy."""
+    """Return the time [s] after which no image is listed.
+
+    It is when images carry less than -40 dB of the energy, or sooner if the plan says
+    that the tolerance bears it.
+    """
+    until = min(sound.budget.work.images_until, sound.budget.duration)
     if not scene.geometry.lattice or sound.scattering is None:
-        return sound.budget.duration
+        return until
     flow = flow_of(scene, sound)
     mirrored = flow.images
     share = mirrored / np.maximum(mirrored + flow.beyond + flow.scattered, 1e-300)
     strong: NDArray[np.bool_] = np.any(share > _NEGLIGIBLE, axis=1)
     last = int(np.max(np.nonzero(strong)[0], initial=0))
-    return min(float(flow.times[last] + STEP), sound.budget.duration)
+    return min(float(flow.times[last] + STEP), until)
+
+
+def fading_before(scene: Scene, sound: Sound) -> float:
+    """Return how long before the handover images fade out and waves in [s]."""
+    until = handover_time(scene, sound)
+    return min(_FADING, until / 2) if until < sound.budget.duration else 0.0
+
+
+def _waves_share(scene: Scene, sound: Sound, times: FloatArray) -> FloatArray:
+    """Return the share of the images' energy that waves carry at some times."""
+    until, fading = handover_time(scene, sound), fading_before(scene, sound)
+    left = np.clip((until - times) / max(fading, 1e-9), 0, 1)
+    return np.where(times >= until, 1.0, np.cos(np.pi / 2 * left) ** 2)
 
 
 def missing_energy(scene: Scene, budget: Budget) -> dict[str, float]:
@@ -92,6 +117,6 @@ def flow_energy(scene: Scene, sound: Sound) -> tuple[NDArray[np.float64], float]
     flow = flow_of(scene, sound)
     energy = flow.scattered + flow.beyond
     if sound.lattice is not None:
-        after = flow.times >= handover_time(scene, sound)
-        energy = energy + np.where(after[:, None], flow.images, 0.0)
+        share = _waves_share(scene, sound, flow.times)
+        energy = energy + share[:, None] * flow.images
     return energy[None], STEP

@@ -114,7 +114,8 @@ def _low(
     from rooms.multipoles import Moments, transfer
     from rooms.wave_grid import WaveGrid
 
-    grid = WaveGrid(scene, 1.5 * crossover)
+    fineness = sound.budget.work.cells_per_wave
+    grid = WaveGrid(scene, 1.5 * crossover, fineness)
     omni = GainPattern.omni()
     emitting, listening = sound.patterns or (omni, omni)
     turns = sound.emitter.orientation[None], sound.listeners.orientations

@@ -9,7 +9,7 @@ from rir.errors import SceneError
 from rir.physics import decibels
 from rooms.box_images import BoxPaths, box_paths
 from rooms.effects.effect import Effect, Need, Tolerance, judged
-from rooms.effects.handover import MESH_ORDER, handover_time
+from rooms.effects.handover import MESH_ORDER, fading_before, handover_time
 from rooms.predict import predicted_errors
 from rooms.reflection import Bounces, path_gains
 from rooms.scene import Scene
@@ -48,12 +48,12 @@ def apply(scene: Scene, sound: Sound) -> None:
         sound.arrivals.extend(_mesh_paths(scene, sound))
         return
     order = _ANY_ORDER if budget.max_order is None else budget.max_order
-    until = budget.duration
+    until, fading = budget.duration, 0.0
     if budget.rays is not None:
         order = MESH_ORDER if budget.max_order is None else budget.max_order
         sound.listed_order = order
     else:
-        until = handover_time(scene, sound)
+        until, fading = handover_time(scene, sound), fading_before(scene, sound)
     until = min(until, _silent_after(scene, sound.reflection))
     _check_bearable(scene, min(order, _ANY_ORDER), until)
     first = 1
@@ -61,7 +61,8 @@ def apply(scene: Scene, sound: Sound) -> None:
         listed = min(order, MESH_ORDER)
         sound.arrivals.extend(_box_paths(scene, sound, listed))
         first = listed + 1
-    sound.lattice = Lattice(geometry.size, sound.reflection, order, until, first)
+    limits = order, until, first, fading
+    sound.lattice = Lattice(geometry.size, sound.reflection, *limits)
 
 
 def _silent_after(scene: Scene, reflection: FloatArray) -> float:

@@ -27,7 +27,7 @@ def traced_energy(scene: Scene, sound: Sound) -> tuple[NDArray[np.float64], floa
         np.zeros_like(scene.absorption) if spread is None else spread,
         sound.emitter.position[None],
         sound.listeners.positions,
-        rays=DEFAULT_RAYS if budget.rays is None else budget.rays,
+        rays=budget.rays or budget.work.rays or DEFAULT_RAYS,
         duration=budget.duration,
         time_step=_STEP,
         speed_of_sound=scene.speed_of_sound,

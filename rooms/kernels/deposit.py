@@ -12,9 +12,9 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
-from rooms.kernels.patterns import pattern_gains
+from rooms.kernels.patterns import looked_up, pattern_gains
 
-MOMENTS = 8  # powers 0 to 7: a pulse exact to -100 dB (docs/decisions/0042)
+MOMENTS = 8  # most powers, 0 to 7: a pulse exact to -100 dB (docs/decisions/0042)
 LANES = 8  # bands are padded to eight, so that one wide register holds them
 NEAREST = 0.01  # m: images nearer count as there, since no transducer is a point
 
@@ -29,7 +29,7 @@ def deposit_paths(delays, gains, grid):
         row = int(delays[path])
         x = 2.0 * (delays[path] - row) - 1.0
         power = 1.0
-        for moment in range(MOMENTS):
+        for moment in range(grid.shape[1]):
             for lane in range(lanes):
                 grid[row, moment, lane] += power * gains[path, lane]
             power *= x
@@ -88,8 +88,12 @@ def deposit_lattice_flat(dx, dy, dz, gx, gy, gz, ox, oy, orders, scale, moments)
 
 @njit(cache=True, nogil=True, fastmath=True)
 def deposit_lattice_bands(dx, dy, dz, gx, gy, gz, ox, oy, oz, orders, scale, grid):
-    """Add every shoebox image, eight bands at once; see `deposit_lattice_flat`."""
+    """Add every shoebox image, eight bands at once; see `deposit_lattice_flat`.
+
+    A grid with room for four moments gets four.
+    """
     first_order, order = orders
+    fine = grid.shape[1] > 4
     reach = (grid.shape[0] - 1.0) / scale
     gain = np.empty(LANES)
     mid = len(dz) // 2
@@ -119,11 +123,14 @@ def deposit_lattice_bands(dx, dy, dz, gx, gy, gz, ox, oy, oz, orders, scale, gri
                 spread = 1.0 / max(distance, NEAREST)
                 for lane in range(LANES):
                     g = gain[lane] * far[lane] * spread
-                    h = g * xx * xx
                     moments[0, lane] += g
                     moments[1, lane] += g * x
                     moments[2, lane] += g * xx
                     moments[3, lane] += g * xx * x
+                if not fine:
+                    continue
+                for lane in range(LANES):
+                    h = gain[lane] * far[lane] * spread * xx * xx
                     moments[4, lane] += h
                     moments[5, lane] += h * x
                     moments[6, lane] += h * xx
@@ -136,9 +143,11 @@ def deposit_lattice_patterns(
 ):
     """Add every shoebox image, weighted by the gain patterns of both ends.
 
-    `emitting` and `listening` are (turn (3, 3), coefficients (lanes, harmonics)):
-    the turn takes room directions into the device frame.
+    `emitting` and `listening` are (turn (3, 3), coefficients (lanes, harmonics), table
+    (directions, lanes)): the turn takes room directions into the device frame. Gains
+    are looked up where there is a table, see `rooms.kernels.patterns.looked_up`.
     """
+    side = int(sqrt(len(emitting[2]) / 6.0) + 0.5)
     first_order, order = orders
     reach = (grid.shape[0] - 1.0) / scale
     lanes = grid.shape[2]
@@ -162,20 +171,30 @@ def deposit_lattice_patterns(
                     continue
                 distance = max(sqrt(across + square), NEAREST)
                 ux, uy, uz = dx[i] / distance, dy[j] / distance, dz[k] / distance
-                pattern_gains(listening[0], listening[1], ux, uy, uz, heard, reach_in)
                 # A mirrored axis turns the departure the same way as the arrival.
                 sx = 1.0 if ox[i] % 2 else -1.0
                 sy = 1.0 if oy[j] % 2 else -1.0
                 sz = 1.0 if oz[k] % 2 else -1.0
-                pattern_gains(
-                    emitting[0], emitting[1], sx * ux, sy * uy, sz * uz, sent, leave
-                )
+                vx, vy, vz = sx * ux, sy * uy, sz * uz
+                if side > 0:
+                    one = looked_up(emitting[0], side, vx, vy, vz)
+                    other = looked_up(listening[0], side, ux, uy, uz)
+                    for lane in range(lanes):
+                        leave[lane] = emitting[2][one, lane]
+                        reach_in[lane] = listening[2][other, lane]
+                else:
+                    pattern_gains(emitting[0], emitting[1], vx, vy, vz, sent, leave)
+                    pattern_gains(
+                        listening[0], listening[1], ux, uy, uz, heard, reach_in
+                    )
                 at = distance * scale
                 row = int(at)
                 x = 2.0 * (at - row) - 1.0
                 for lane in range(lanes):
-                    both = leave[lane] * reach_in[lane]
-                    term = both * gx[i, lane] * gy[j, lane] * gz[k, lane] / distance
-                    for moment in range(MOMENTS):
-                        grid[row, moment, lane] += term
-                        term *= x
+                    far = gx[i, lane] * gy[j, lane] * gz[k, lane] / distance
+                    leave[lane] = leave[lane] * reach_in[lane] * far
+                # all lanes of a moment lie side by side: the inner loop vectorises
+                for moment in range(grid.shape[1]):
+                    for lane in range(lanes):
+                        grid[row, moment, lane] += leave[lane]
+                        leave[lane] *= x

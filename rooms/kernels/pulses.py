@@ -16,6 +16,11 @@ _BLOCK = 512  # rows at a time: 8 moments of them fit the first cache
 _NARROW, _MEDIUM = 0.13, 0.5
 """Shares of the Nyquist frequency up to which 8 taps and 14 taps are exact enough."""
 
+_COARSE = 4, 24
+"""Moments and taps of the bank that stands for the full one where little is asked: its
+error is -57, -53, -40 and -31 dB at 0.25, 0.5, 0.8 and 0.9 of the Nyquist frequency."""
+_REACH = 0.9  # share of the Nyquist frequency up to which it is fitted
+
 
 @lru_cache(maxsize=1)
 def pulse_bank():
@@ -58,8 +63,17 @@ def band_bank(share: float, taps: int, moments: int):
 
 
 @lru_cache(maxsize=16)
-def lane_banks(centers: tuple[float, ...], sample_rate: int):
+def lane_banks(centers: tuple[float, ...], sample_rate: int, most: int = MOMENTS):
     """Return one bank per band, padded to (lanes, moments, TAPS), and their sizes.
+
+    Parameters
+    ----------
+    centers : tuple of float
+        Octave centres [Hz].
+    sample_rate : int
+        Samples per second [Hz].
+    most : int
+        Moments that are known: 8, or 4 for coarser pulses.
 
     Returns
     -------
@@ -76,11 +90,13 @@ def lane_banks(centers: tuple[float, ...], sample_rate: int):
         last = lane == len(centers) - 1
         kind = (4, 8) if share < _NARROW else (8, 14) if share < _MEDIUM else None
         if last or kind is None:
-            banks[lane], sizes[lane] = full, (MOMENTS, 0, TAPS)
-            continue
-        moments, taps = kind
+            if most == MOMENTS:
+                banks[lane], sizes[lane] = full, (MOMENTS, 0, TAPS)
+                continue
+            kind = _COARSE
+        moments, taps = min(kind[0], most), kind[1]
         if kind not in short:
-            limit = _NARROW if moments == 4 else _MEDIUM
+            limit = {8: _NARROW, 14: _MEDIUM, _COARSE[1]: _REACH}[taps]
             short[kind] = band_bank(limit, taps, moments)
         first = LEAD - (taps // 2 - 1)
         banks[lane, :moments, first : first + taps] = short[kind]

@@ -53,10 +53,12 @@ def fill_and_shape(
         Lengths of the shoebox; unused without lattice rows.
     axes : tuple of (index, gains, orders) per axis
         See `rooms.kernels.deposit`.
-    limits : tuple (orders, scale, lattice_rows, patterned)
-        Lowest and highest order, samples per metre, rows the lattice may fill, and
-        whether `patterns` weigh the images.
-    patterns : tuple (emitter turn, emitter rows, listener turns, listener rows)
+    limits : tuple (orders, scale, lattice_rows, fading, patterned)
+        Lowest and highest order, samples per metre, rows the lattice may fill and
+        over how many of them, the last ones, it fades, and whether `patterns` weigh
+        the images.
+    patterns : tuple (emitter turn, emitter rows, listener turns, listener rows,
+        emitter table, listener table)
         Gain patterns of the ends.
     starts, delays, gains : ndarray
         Single arrivals: those of listener i lie in starts[i]:starts[i + 1];
@@ -68,7 +70,7 @@ def fill_and_shape(
     out : ndarray, shape (listeners, lanes, n)
         Zeros on entry; starts LEAD samples before emission.
     """
-    orders, scale, lattice_rows, patterned = limits
+    orders, scale, lattice_rows, fading, patterned = limits
     (ix, gx, ox), (iy, gy, oy), (iz, gz, oz) = axes
     decay, banks, sizes = shaping
     lanes = grid.shape[2]
@@ -85,8 +87,8 @@ def fill_and_shape(
             dz = image_offsets(iz, size[2], emitter[2], listeners[place, 2])
             box = grid[:lattice_rows]
             if patterned:
-                emitting = (patterns[0], patterns[1])
-                listening = (patterns[2][place], patterns[3])
+                emitting = (patterns[0], patterns[1], patterns[4])
+                listening = (patterns[2][place], patterns[3], patterns[5])
                 deposit_lattice_patterns(
                     dx,
                     dy,
@@ -121,6 +123,9 @@ def fill_and_shape(
                 deposit_lattice_bands(
                     dx, dy, dz, gx, gy, gz, ox, oy, oz, orders, scale, box
                 )
+            for row in range(fading):
+                left = np.sin(np.pi / 2 * (row + 1) / (fading + 1))
+                box[lattice_rows - 1 - row] *= left
         some = slice(starts[place], starts[place + 1])
         deposit_paths(delays[some], gains[some], view)
         shape_pulses(view, decay, banks, sizes, out[place])

@@ -1,0 +1,186 @@
+"""How finely to compute what a plan needs: no finer than its tolerance asks for."""
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from rir.arrays import FloatArray
+from rir.errors import SceneError
+from rooms.effects import EFFECTS, Tolerance
+from rooms.effort import decay_parameters, sampling_errors
+from rooms.energy_flow import energy_flow
+from rooms.places import random_places
+from rooms.scene import Scene
+from rooms.sound import Budget, Sound, Work
+
+__all__ = ["choose_work"]
+
+_RAYS_SHARE = 0.3
+"""What part of the tolerance the rays' chance may take, as a standard error: the worst
+octave of a few pairs strays by three of them (benchmarks/planner_honesty)."""
+
+_IMAGES_SHARE = 0.06
+"""What part of the tolerance waves in place of images may take. Their error is that of
+the mean of a room; where two hard walls keep sound, single places stray further."""
+
+_PILOT_RAYS, _PILOT_PLACES = 1000, 4
+"""Rays and places of a trial trace: its own standard error is known to a third."""
+
+_FEWEST_RAYS, _MOST_RAYS = 500, 20_000
+"""Fewer than this and decays are biased where energies are clipped at zero; the most
+are those of `rooms.effects.traced`."""
+
+_COARSE_CELLS, _COARSE_MOMENTS = 7.0, 4
+"""What is coarse: waves 2 % too slow at the end of the grid, 1 % at the crossover, and
+pulses exact to -40 dB. Neither moves the level of an octave by 0.1 dB."""
+
+_CELLS = 32
+"""Directions along the edge of a cube: 2° from the nearest, so that gains of third
+order are exact to -28 dB for a single image."""
+
+_COARSE_DB = 0.4
+"""Coarse steps are taken from this tolerance of level and clarity on [dB]: four times
+what they move."""
+
+_UNEVEN = 0.6
+"""How far the images' energy at single places strays from the mean of the room."""
+
+_STEPS = 100  # 200 move no end that is chosen
+
+_CANDIDATES = np.array([0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9])
+"""Ends of single images as shares of a response."""
+
+
+def choose_work(
+    scene: Scene, budget: Budget, tolerance: Tolerance, on: Sequence[str]
+) -> Work:
+    """Return the coarsest work that keeps the tolerance.
+
+    Parameters
+    ----------
+    scene : Scene
+        What is to be simulated.
+    budget : Budget
+        Length and rate; orders and rays that it states are taken as they are.
+    tolerance : Tolerance
+        Largest errors allowed.
+    on : sequence of str
+        Effects that are on.
+    """
+    coarse = min(tolerance.level_db, tolerance.clarity_db) >= _COARSE_DB
+    boxed = scene.geometry.lattice and budget.rays is None
+    until = np.inf
+    if boxed and "specular" in on:
+        until = _images_until(scene, budget, tolerance)
+    return Work(
+        rays=None if boxed else _rays(scene, budget, tolerance, tuple(on)),
+        images_until=until,
+        cells_per_wave=_COARSE_CELLS if coarse else Work.cells_per_wave,
+        moments=_COARSE_MOMENTS if coarse else Work.moments,
+        directions=_CELLS if coarse else Work.directions,
+    )
+
+
+def _excess(errors: dict[str, float], tolerance: Tolerance, share: float) -> float:
+    """Return the largest error as a multiple of its share of the tolerance."""
+    limits = vars(tolerance)
+    return max(
+        (error / max(share * limits[kind], 1e-9) for kind, error in errors.items()),
+        default=0.0,
+    )
+
+
+def _rays(
+    scene: Scene, budget: Budget, tolerance: Tolerance, on: tuple[str, ...]
+) -> int | None:
+    """Return the rays a trial says are needed: errors fall with their root."""
+    if budget.rays is not None or "late" not in on:
+        return None
+    errors = _trial(scene, budget.sample_rate, budget.n_samples, budget.max_order, on)
+    wanted = _PILOT_RAYS * _excess(errors, tolerance, _RAYS_SHARE) ** 2
+    return int(np.clip(wanted, _FEWEST_RAYS, _MOST_RAYS))
+
+
+@lru_cache(maxsize=32)
+def _trial(
+    scene: Scene,
+    sample_rate: int,
+    n_samples: int,
+    max_order: int | None,
+    on: tuple[str, ...],
+) -> dict[str, float]:
+    """Return the errors of a trace with few rays between a few random places."""
+    try:
+        places = random_places(scene, _PILOT_PLACES, np.random.default_rng(0))
+    except SceneError:
+        return {"level_db": np.inf}
+    budget = Budget(sample_rate, n_samples, max_order, _PILOT_RAYS)
+    sound = Sound(scene, places[0], places[1:], budget)
+    for name in on:
+        EFFECTS[name].apply(scene, sound)
+    return sampling_errors(sound)
+
+
+def _images_until(scene: Scene, budget: Budget, tolerance: Tolerance) -> float:
+    """Return when waves may take over from the images of a box [s].
+
+    Waves carry the same energy on the mean. What both bring to a single place and
+    octave strays from it, see `_strays`.
+    """
+    heard = scene.bands < budget.sample_rate / 2
+    heard[0] = True
+    step = budget.duration / _STEPS
+    times = step * np.arange(0.5, _STEPS, dtype=np.float64)
+    flow = energy_flow(scene, times, scattering=scene.scattering)
+    fade = np.exp(-scene.air_loss * scene.speed_of_sound * times[:, None]) * step
+    distance = 0.4 * float(np.cbrt(scene.geometry.volume))
+    arrival = distance / scene.speed_of_sound
+    fade = np.where(times[:, None] < arrival, 0.0, fade)
+    images, scattered = (fade * part for part in (flow.images, flow.scattered))
+    direct = np.zeros_like(fade)
+    direct[min(int(arrival / step), _STEPS - 1)] = 1 / distance**2
+    width = scene.bands / np.sqrt(2)
+    for share in _CANDIDATES:
+        late = times > share * budget.duration
+        stray = _strays(images[late], scattered[late], width * step)
+        whole = images + scattered + direct
+        found = []
+        for factor in (1 + stray, 1 / (1 + stray)):
+            bent = np.where(late[:, None], factor * whole, whole)[:, heard]
+            found.append(decay_parameters(bent.T[None], step, arrival)[:, 0])
+        errors = _differences(*found)
+        if _excess(errors, tolerance, _IMAGES_SHARE) <= 1:
+            return float(share * budget.duration)
+    return np.inf
+
+
+def _strays(
+    images: FloatArray, scattered: FloatArray, samples: FloatArray
+) -> FloatArray:
+    """Return the standard error of energies, (steps, bands), that waves replace.
+
+    Energy in a band strays by one over the root of bandwidth times duration: that of
+    the images, that of the waves for them, and their product with what is scattered
+    anyway. Mirrors that keep sound between two walls bring more or less to a place
+    at any frequency.
+    """
+    whole = images + scattered
+    total = np.maximum(whole.sum(axis=0), 1e-300)
+    count = samples * total**2 / np.maximum((whole**2).sum(axis=0), 1e-300)
+    noise = (4 * scattered + 2 * images) * images
+    noise = np.sqrt(noise.sum(axis=0) / np.maximum((whole**2).sum(axis=0), 1e-300))
+    kept = images.sum(axis=0) / total
+    return np.sqrt(noise**2 / np.maximum(count, 1) + (_UNEVEN * kept) ** 2)
+
+
+def _differences(more: FloatArray, less: FloatArray) -> dict[str, float]:
+    """Return half the difference of parameters, (4, bands), the worst octave."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        change = np.abs(more - less) / 2
+        change[2:] = 200 * change[2:] / (more[2:] + less[2:])
+    # a decay that cannot be told with one is told with the other: never equal
+    change[np.isnan(more) != np.isnan(less)] = np.inf
+    kinds = ("level_db", "clarity_db", "reverberation_percent", "early_decay_percent")
+    known = np.where(np.isnan(change), 0.0, change)
+    return dict(zip(kinds, known.max(axis=1, initial=0.0).tolist(), strict=True))

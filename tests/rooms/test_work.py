@@ -1,0 +1,63 @@
+"""A plan works no finer than its tolerance asks for."""
+
+import numpy as np
+import pytest
+
+from rir import GainPattern
+from rooms import Scene, plan_effects, simulate
+from rooms.effects import Tolerance
+from rooms.kernels.patterns import cell_directions, looked_up
+from rooms.sound import Work
+
+RUN = {"sample_rate": 4000, "duration": 0.4}
+ENDS = [1.2, 3.1, 1.4], [[4.1, 1.3, 1.7], [2.5, 2.2, 1.1]]
+
+
+def box(**options: object) -> Scene:
+    return Scene.shoebox((6, 5, 3), absorption=0.25, scattering=0.3, **options)
+
+
+def test_effects_by_name_are_computed_as_finely_as_can_be():
+    assert plan_effects(box(), only=["direct", "specular"], **RUN).work == Work()
+    assert plan_effects(box(), everything=True, **RUN).work == Work()
+
+
+def test_a_tolerance_buys_work():
+    strict, loose = (
+        plan_effects(box(), tolerance=Tolerance.of({"clarity_db": db}), **RUN).work
+        for db in (0.01, 1.0)
+    )
+    assert strict.moments == 8
+    assert loose.moments == 4
+    assert loose.images_until < strict.images_until
+
+
+@pytest.mark.parametrize("scattering", [0.0, 0.3])
+def test_waves_take_over_the_energy_of_images(scattering: float):
+    scene = Scene.shoebox((6, 5, 3), absorption=0.25, scattering=scattering)
+    plan = plan_effects(scene, tolerance=Tolerance.of({"clarity_db": 4.0}), **RUN)
+    whole = plan_effects(scene, only=plan.on, **RUN)
+    assert plan.work.images_until < 0.2
+    few, all_of = (
+        np.sum(simulate(scene, *ENDS, plan=p, **RUN).responses ** 2, axis=-1)
+        for p in (plan, whole)
+    )
+    assert np.abs(10 * np.log10(few / all_of)).max() < 0.3
+
+
+def test_the_middle_of_a_cell_finds_its_cell():
+    ways = cell_directions(8)
+    rows = [looked_up(np.eye(3), 8, *way) for way in ways]
+    assert rows == list(range(len(ways)))
+
+
+def test_gains_from_a_table_are_reciprocal():
+    scene = box(
+        emitter_gain=GainPattern.cardioid(), listener_gain=GainPattern.first_order(0.3)
+    )
+    back = box(emitter_gain=scene.listener_gain, listener_gain=scene.emitter_gain)
+    plan = plan_effects(scene, **RUN)
+    assert plan.work.directions > 0
+    one, other = ENDS[0], ENDS[1][0]
+    there = simulate(scene, one, other, plan=plan, **RUN).responses
+    assert np.array_equal(there, simulate(back, other, one, plan=plan, **RUN).responses)
