@@ -64,8 +64,10 @@ def trace_energy(
     ----------
     geometry : MeshGeometry
         The room.
-    absorption, scattering : array_like, shape (surfaces, bands)
-        Shares of the energy arriving; scattering is a share of what is reflected.
+    absorption, scattering : array_like, shape (surfaces, [classes,] bands)
+        Shares of the energy arriving; scattering is a share of what is reflected. If
+        stated by classes of the cosine of incidence, these divide 0…1 evenly, from
+        grazing on; what patches exchange takes their mean over a diffuse field.
     emitters, listeners : array_like, shape (E, 3), (L, 3)
         Positions [m].
     rays : int
@@ -131,7 +133,8 @@ def trace_energy(
 
 def _shares(geometry: MeshGeometry, name: str, values: ArrayLike) -> FloatArray:
     table = np.asarray(values, dtype=float)
-    if table.ndim != 2 or table.shape[0] != geometry.surfaces:
+    table = table[:, None] if table.ndim == 2 else table
+    if table.ndim != 3 or table.shape[0] != geometry.surfaces:
         raise SceneError(
             f"{name} has shape {table.shape}; the mesh has {geometry.surfaces} surfaces"
         )

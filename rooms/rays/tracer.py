@@ -57,8 +57,8 @@ class Tracer:
     ----------
     geometry : MeshGeometry
         The room.
-    shares : tuple of ndarray, shape (surfaces, bands)
-        Absorption and scattering.
+    shares : tuple of ndarray, shape (surfaces, classes, bands)
+        Absorption and scattering, in equal classes of the cosine of incidence.
     per_bin : float
         Time steps per metre.
     rays : tuple of int
@@ -77,13 +77,19 @@ class Tracer:
     ) -> None:
         absorption, scattering = shares
         self.geometry, self.bins, self.per_bin = geometry, bins, per_bin
-        self.bands = absorption.shape[1]
+        self.classes, self.bands = absorption.shape[1:]
         # equal bands travel as one
-        same = not np.any(np.ptp(absorption, axis=1) + np.ptp(scattering, axis=1))
+        same = not np.any(np.ptp(absorption, axis=2) + np.ptp(scattering, axis=2))
         lanes = slice(0, 1) if same else slice(None)
-        self.kept, self.scattering = 1.0 - absorption[:, lanes], scattering[:, lanes]
+        self.kept, self.scattering = (
+            1.0 - absorption[..., lanes],
+            scattering[..., lanes],
+        )
+        # of sound from everywhere, each class brings the more the steeper it is
+        steepness = 2.0 * np.arange(self.classes) + 1.0
+        weights = steepness / steepness.sum()
         count, self.batches, self.seed, self.skip = rays
-        self.diffuse = self.kept * self.scattering
+        self.diffuse = np.einsum("c,scb->sb", weights, self.kept * self.scattering)
         self.scatters = bool(np.any(self.diffuse))
         share = _MIRRORED if self.scatters else 1.0
         each = count / (2 * self.batches)
@@ -100,7 +106,7 @@ class Tracer:
         self._prepare(count)
 
     def _prepare(self, count: int) -> None:
-        bands = self.kept.shape[1]
+        bands = self.kept.shape[2]
         wanted = 1
         if self.scatters:
             wide = FluxLayout(1, self.bins, bands).wide
@@ -118,10 +124,12 @@ class Tracer:
         self.start = np.zeros(span)
         self.start[:bands] = 1.0
         self.tables = [
-            np.ascontiguousarray(np.pad(table, [(0, 0), (0, span - bands)]))
+            np.ascontiguousarray(
+                np.pad(table.reshape(-1, bands), [(0, 0), (0, span - bands)])
+            )
             for table in (self.kept, self.scattering)
         ]
-        self.even = not np.any(np.ptp(self.scattering, axis=1))
+        self.even = not np.any(np.ptp(self.scattering, axis=2))
 
     def between(self, here: Places, there: Places) -> Spread:
         """Return energy, its error and that of its sum, first axis `here`.
@@ -143,7 +151,7 @@ class Tracer:
         return self._shaped(energy, square, total)
 
     def _between(self, here: Places, there: Places, salt: int = 0) -> Spread:
-        bands = self.kept.shape[1]
+        bands = self.kept.shape[2]
         shape = (len(here), len(there), self.bins, bands)
         energy, square = np.zeros(shape), np.zeros(shape)
         spread = energy, square, np.zeros((*shape[:2], bands))
@@ -195,7 +203,7 @@ class Tracer:
         rotation, triangle = np.linalg.qr(rng.standard_normal((3, 3)))
         rotation = rotation * np.sign(np.diag(triangle))
         hits = Hits.none(origin, self.ways @ rotation, self.each[0])
-        grids = np.zeros((self.batches, len(there), self.bins, self.kept.shape[1]))
+        grids = np.zeros((self.batches, len(there), self.bins, self.kept.shape[2]))
         none = np.zeros((0, *grids.shape[2:]))
         for batch in range(self.batches):
             keys = rng.integers(2**64, size=2, dtype=np.uint64)
@@ -226,6 +234,7 @@ class Tracer:
             self.bases,
             kept,
             scattering,
+            self.classes,
             self.start,
             self.even,
             hits.origin,

@@ -67,6 +67,7 @@ def trace(
     bases,
     kept,
     scattered,
+    classes,
     start,
     even,
     origin,
@@ -88,10 +89,11 @@ def trace(
     """Follow rays from a place and return the number of their segments.
 
     `records` tells where each triangle and its patches are and its row of `kept` and
-    `scattered` (surfaces, bands), see `rooms.rays.patches`; bands fill rows of eight,
-    and `start` is one in those that count. If `even`, all bands are scattered alike.
-    Rays follow mirrors only; what they pass on
-    their way, beyond `skip` reflections, is added to `grid` (places, bins, bands), and
+    `scattered` (surfaces, bands), see `rooms.rays.patches`; where there are `classes`
+    of the cosine of incidence, each surface has so many rows, from grazing on. Bands
+    fill rows of eight, and `start` is one in those that count. If `even`, all bands are
+    scattered alike. Rays follow mirrors only; what they pass on their way, beyond
+    `skip` reflections, is added to `grid` (places, bins, bands), and
     what meets a surface to `flux`, flat, which begins for each patch at `bases` and has
     `width` numbers for the bands. With `scatter` they go
     either way by chance, and only what was scattered before counts, in `flux`. Half of
@@ -223,6 +225,8 @@ def trace(
                 nx, ny, nz, inward = -nx, -ny, -nz, -inward
             ox, oy, oz = px + lift * nx, py + lift * ny, pz + lift * nz
             row = int(records[face, 3])
+            if classes > 1:
+                row = row * classes + min(int(-inward * classes), classes - 1)
             for part in range(rows):
                 scale(carried, part, handed, rows * row + part, 1.0, 0.0)
             order += 1
