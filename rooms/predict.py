@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rir.arrays import FloatArray
 from rir.decay import fit_line, remaining_energy
@@ -12,7 +13,7 @@ from rooms.energy_flow import energy_flow
 from rooms.geometry import Shoebox
 from rooms.scene import Scene
 
-__all__ = ["Parameters", "predict_parameters", "predicted_errors"]
+__all__ = ["Parameters", "differences", "predict_parameters", "predicted_errors"]
 
 _STEPS = 200  # 800 move levels by 0.11 dB, C50 by 0.03 dB and T60 by 0.3 %
 
@@ -123,10 +124,17 @@ def predicted_errors(
     **off : bool
         What is left off, as the switches of `predict_parameters`: ``air=False``.
     """
-    heard = scene.bands < sample_rate / 2
-    heard[0] = True
     full = predict_parameters(scene, duration)
     less = predict_parameters(scene, duration, **off)
+    return differences(full, less, scene.bands < sample_rate / 2)
+
+
+def differences(
+    full: Parameters, less: Parameters, heard: NDArray[np.bool_]
+) -> dict[str, float]:
+    """Return how far parameters lie apart, the worst of the octaves that are heard."""
+    heard = heard.copy()
+    heard[0] = True
 
     def worst(values: FloatArray) -> float:
         kept = np.abs(values[heard])

@@ -47,6 +47,9 @@ class Bounces:
         Way from the emitter to the reflection, and from there to the listener [m].
     point : ndarray, shape (n, 3)
         Where the surface is met [m]; NaN where a mean is asked for.
+    way : ndarray, shape (n, 3), optional
+        Unit vectors of the sound that arrives at the surface; None where they are not
+        known: in boxes, and where a mean is asked for.
     """
 
     surface: IntArray
@@ -55,6 +58,7 @@ class Bounces:
     before: FloatArray
     after: FloatArray
     point: FloatArray
+    way: FloatArray | None = None
 
     def __len__(self) -> int:
         return len(self.surface)

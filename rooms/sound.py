@@ -165,6 +165,9 @@ class Sound:
     bounce_changes: list[BounceChange] = field(default_factory=list)
     arrival_changes: list[Callable[[Arrivals], Arrivals]] = field(default_factory=list)
     finishers: list[Callable[[FloatArray], FloatArray]] = field(default_factory=list)
+    fading_mirrors: bool = False
+    """Whether mirrors fade towards the rims of faces, so that no sound bent at these
+    rims has to make up for where they end."""
 
     @property
     def local(self) -> bool:

@@ -25,7 +25,11 @@ def _unit(vectors: FloatArray) -> FloatArray:
 
 
 class Bender:
-    """Finds and weighs the ways around the edges of one room."""
+    """Finds and weighs the ways around the edges of one room.
+
+    With `fading` mirrors no way is bent at a rim of the panel that shows one end to
+    the other: what the rim does to the mirror is part of the mirror.
+    """
 
     def __init__(
         self,
@@ -33,9 +37,10 @@ class Bender:
         edges: Edges,
         wave: FloatArray,
         factors: FloatArray,
+        fading: bool = False,
     ) -> None:
         self.geometry, self.edges = geometry, edges
-        self.wave, self.factors = wave, factors
+        self.wave, self.factors, self.fading = wave, factors, fading
         self.lift = 10 * geometry.tolerance * edges.bisector
 
     @cached_property

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from rir.arrays import FloatArray, IntArray
 from rooms.mesh import MeshGeometry
 
-__all__ = ["Ends", "Legs", "mirrored_ends"]
+__all__ = ["Ends", "Legs", "are_mirrored", "mirrored_ends"]
 
 _SLACK = 1e-9  # of the diagonal: far above rounding, far below a wavelength
 
@@ -136,3 +136,14 @@ def mirrored_ends(geometry: MeshGeometry, places: FloatArray, mirrors: bool) -> 
         np.concatenate([places, places[who] - away]),
         np.concatenate([none, panel]),
     )
+
+
+def are_mirrored(
+    geometry: MeshGeometry, panel: IntArray, starts: FloatArray, ends: FloatArray
+) -> NDArray[np.bool_]:
+    """Tell whether each panel shows the start, shape (n, 3), to the end in a mirror."""
+    normal = geometry.panels.normal[panel]
+    height = np.einsum("ij,ij->i", normal, starts) - geometry.panels.offset[panel]
+    images = starts - 2 * height[:, None] * normal
+    none = np.zeros(len(panel), dtype=np.int64)
+    return _mirror_points(geometry, Ends(none, starts, images, panel), ends)[1] >= 0

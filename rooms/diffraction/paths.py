@@ -61,6 +61,7 @@ def diffracted_paths(
     max_mirrors: int = 1,
     reflection: ArrayLike | None = None,
     edges: Edges | None = None,
+    fading_mirrors: bool = False,
 ) -> DiffractedPaths:
     """Find the ways around one and two edges, with their UTD gains.
 
@@ -93,6 +94,10 @@ def diffracted_paths(
         Amplitude reflection factors; rigid when left out.
     edges : Edges, optional
         Edges to use, when they have been found already.
+    fading_mirrors : bool
+        Whether mirrors fade towards the rims of faces by themselves
+        (`rooms.panels`): ways around a rim of the face that shows one end to the
+        other, which make up for its end, are then left out.
 
     Raises
     ------
@@ -124,7 +129,7 @@ def diffracted_paths(
         factors = np.asarray(reflection, dtype=float)
     start = geometry.localised(emitter)[0]
     ends = geometry.localised(listeners)
-    bender = Bender(geometry, edges, wave, factors)
+    bender = Bender(geometry, edges, wave, factors, fading_mirrors)
     found: list[tuple] = []
     if len(edges) and max_order and len(ends):
         found = bent_once(bender, start, ends, max_mirrors)

@@ -6,7 +6,7 @@ import numpy as np
 
 from rir.arrays import FloatArray
 from rooms.diffraction.bender import Bender
-from rooms.diffraction.ends import Ends, Legs, mirrored_ends
+from rooms.diffraction.ends import Ends, Legs, are_mirrored, mirrored_ends
 
 __all__ = ["bent_once"]
 
@@ -52,6 +52,11 @@ def _ways(bender: Bender, starts: Ends, ends: Ends) -> Iterator[tuple]:
     for side in (starts, ends):
         usable &= ~(bender.holds[side.panel] & side.mirrored[:, None])
     pair, edge = np.nonzero(usable)
+    if bender.fading:
+        for panel in edges.panels[edge].T:
+            shown = are_mirrored(geometry, panel, starts.image[pair], ends.image[pair])
+            usable[pair[shown], edge[shown]] = False
+        pair, edge = np.nonzero(usable)
     points = edges.start[edge] + place[usable][:, None] * edges.way[edge]
     lifted = points + bender.lift[edge]
     legs = [Legs.between(geometry, side[pair], lifted) for side in (starts, ends)]

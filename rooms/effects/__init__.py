@@ -14,6 +14,7 @@ from rooms.effects.hardware import HARDWARE
 from rooms.effects.late import LATE
 from rooms.effects.modes import MODES
 from rooms.effects.motion import MOTION
+from rooms.effects.panels import PANELS
 from rooms.effects.patterns import PATTERNS
 from rooms.effects.scattering import SCATTERING
 from rooms.effects.specular import SPECULAR
@@ -26,6 +27,7 @@ _ORDER = (
     PATTERNS,
     WALLS,
     SCATTERING,
+    PANELS,
     AIR,
     DIRECT,
     SPECULAR,

@@ -134,6 +134,7 @@ def apply(scene: Scene, sound: Sound) -> None:
         bands=scene.bands,
         speed_of_sound=scene.speed_of_sound,
         reflection=sound.reflection,
+        fading_mirrors=sound.fading_mirrors,
     )
     sound.arrivals.append(
         Arrivals(

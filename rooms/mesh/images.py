@@ -104,15 +104,24 @@ class Paths:
             step = apart / np.where(towards == 0, 1.0, towards)
             before[rows] += step
             place[rows] += step[:, None] * way[rows]
+            arriving = way[rows]
             way[rows] -= 2 * towards[:, None] * normal
             surface = self.surfaces[rows, column]
             parts.append(
-                (rows, panel, surface, np.abs(towards), before[rows], place[rows])
+                (
+                    rows,
+                    panel,
+                    surface,
+                    np.abs(towards),
+                    before[rows],
+                    place[rows],
+                    arriving,
+                )
             )
         if not parts:
             none, empty = np.zeros(0, dtype=np.int64), np.zeros(0)
             return none, Bounces(none, none, empty, empty, empty, np.zeros((0, 3)))
-        rows, panel, surface, cosine, gone, point = (
+        rows, panel, surface, cosine, gone, point, arriving = (
             np.concatenate(part) for part in zip(*parts, strict=True)
         )
         order = np.argsort(rows, kind="stable")
@@ -124,6 +133,7 @@ class Paths:
             gone,
             self.length[rows] - gone,
             point[order] + geometry.origin,
+            arriving[order],
         )
 
 

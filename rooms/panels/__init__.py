@@ -1,0 +1,7 @@
+"""How strongly faces of limited size mirror sound."""
+
+from rooms.panels.change import FinitePanels, finite_panels
+from rooms.panels.rims import Rims, rims_of
+from rooms.panels.strength import mirror_strength
+
+__all__ = ["FinitePanels", "Rims", "finite_panels", "mirror_strength", "rims_of"]

@@ -1,0 +1,225 @@
+"""What finite panels change at reflections: mirrored sound becomes scattered."""
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from rir.arrays import FloatArray, IntArray
+from rooms.mesh import MeshGeometry
+from rooms.panels.rims import Rims, rims_of
+from rooms.panels.strength import Faces, mirror_strength
+from rooms.reflection import Bounces, Reflection
+
+__all__ = ["FinitePanels", "finite_panels", "mean_strength"]
+
+_BLOCK = 4096
+"""Reflections looked at in one go: 35 frequencies of each take 50 MB."""
+
+_PLACES = np.array([-0.5, 0.5]) / np.sqrt(3)
+"""Where a mean looks for the point of reflection along each side: Gauss's rule."""
+
+_KINDS = 64
+"""Kinds of panels that get a mean of their own, those with most area; others take that
+of the nearest kind. Each costs 5 ms."""
+
+_COSINES = np.array([0.05, 0.2, 0.4, 0.65, 1.0])
+"""Cosines at which means are known; between them they are interpolated."""
+
+
+@dataclass(frozen=True, eq=False)
+class FinitePanels:
+    """Reflections lose to scattering what a face of limited size does not mirror.
+
+    What the mirror loses is scattered, so that energy is kept. Where a mean over a
+    surface is asked for it is that of its panels, of places on them, and of the
+    directions in their plane.
+
+    Parameters
+    ----------
+    geometry : MeshGeometry
+        The room.
+    bands : ndarray, shape (bands,)
+        Middle frequencies of octaves [Hz].
+    speed : float
+        Speed of sound [m/s].
+
+    References
+    ----------
+    C. L. Christensen, J. H. Rindel, Forum Acusticum, Budapest, 2005: reflection-based
+    scattering.
+    """
+
+    geometry: MeshGeometry
+    bands: FloatArray
+    speed: float
+    local: bool = True
+
+    def __call__(self, reflection: Reflection, bounces: Bounces) -> Reflection:
+        """Take what each face does not mirror."""
+        strength = np.ones_like(reflection.pressure)
+        if bounces.way is not None:
+            rows = np.nonzero(bounces.panel >= 0)[0]
+            for first in range(0, len(rows), _BLOCK):
+                part = rows[first : first + _BLOCK]
+                strength[part] = self._known(bounces, bounces.way[part], part)
+        rest = np.nonzero(bounces.panel < 0)[0]
+        if len(rest):
+            strength[rest] = self._mean(bounces, rest)
+        # where a face gathers sound there is more than all of it to mirror
+        gathered = np.sqrt(np.maximum(strength, 1.0))
+        changed = replace(reflection, pressure=reflection.pressure * gathered)
+        return changed.with_scattering(1.0 - np.minimum(strength, 1.0))
+
+    def _known(self, bounces: Bounces, way: FloatArray, rows: IntArray) -> FloatArray:
+        """Return the strength of reflections whose ways are known."""
+        rims, panels = rims_of(self.geometry), self.geometry.panels
+        panel = bounces.panel[rows]
+        height = np.einsum("ij,ij->i", way, panels.normal[panel])
+        side = (height > 0).astype(np.int64)
+        strength = np.ones((len(rows), len(self.bands)))
+        ends = np.nonzero(rims.limited[panel, side])[0]
+        if not len(ends):
+            return strength
+        panel, side, rows = panel[ends], side[ends], rows[ends]
+        axes = rims.axes[panel]
+        point = bounces.point[rows] - self.geometry.origin - rims.center[panel]
+        place = np.einsum("nas,ns->na", axes, point)
+        flat = np.einsum("nas,ns->na", axes, way[ends])
+        local = np.column_stack([flat, -np.abs(height[ends])])
+        faces = _faces(rims, panel, side, place, local)
+        faces = replace(faces, before=bounces.before[rows], after=bounces.after[rows])
+        strength[ends] = mirror_strength(faces, self.bands, self.speed)
+        return strength
+
+    def mean(self, free: float) -> FloatArray:
+        """Return the mean strength of surfaces in a diffuse field, (surfaces, bands).
+
+        Parameters
+        ----------
+        free : float
+            Way before and after [m].
+        """
+        table = self._table(free)
+        # 2 cosine d(cosine) arrives at each angle
+        edges = np.concatenate([[0.0], (_COSINES[1:] + _COSINES[:-1]) / 2, [1.0]])
+        return np.einsum("c,scb->sb", np.diff(edges**2), table)
+
+    def _table(self, free: float) -> FloatArray:
+        # what encloses no air has no mean free path
+        free = free if free > 0 else self.geometry.diagonal
+        return mean_strength(self.geometry, tuple(self.bands), self.speed, free)
+
+    def _mean(self, bounces: Bounces, rows: IntArray) -> FloatArray:
+        """Return the mean strength of surfaces at angles of incidence."""
+        table = self._table(float(bounces.before[rows[0]]))
+        cosine = np.clip(bounces.cosine[rows], _COSINES[0], _COSINES[-1])
+        above = np.clip(np.searchsorted(_COSINES, cosine), 1, len(_COSINES) - 1)
+        low, high = _COSINES[above - 1], _COSINES[above]
+        part = ((cosine - low) / (high - low))[:, None]
+        surface = bounces.surface[rows]
+        return (1 - part) * table[surface, above - 1] + part * table[surface, above]
+
+
+def finite_panels(
+    geometry: MeshGeometry, bands: FloatArray, speed: float
+) -> FinitePanels | None:
+    """Return the change for a room; None if no face ends where sound can pass."""
+    if not np.any(rims_of(geometry).limited):
+        return None
+    return FinitePanels(geometry, bands, speed)
+
+
+@lru_cache(maxsize=16)
+def mean_strength(
+    geometry: MeshGeometry, bands: tuple[float, ...], speed: float, free: float
+) -> FloatArray:
+    """Return the mean strength of surfaces, shape (surfaces, cosines, bands).
+
+    Panels of about the same size and ends share one mean. Ways before and after are
+    the mean free path `free` [m].
+    """
+    rims, panels = rims_of(geometry), geometry.panels
+    panel, side = np.nonzero(rims.limited)
+    kind, example = _kinds(rims, panel, side)
+    means = [
+        _panel_mean(rims, int(panel[k]), int(side[k]), free, np.array(bands), speed)
+        for k in example
+    ]
+    # row 0: panels without an end lose nothing
+    losses = 1 - np.array([np.ones((len(_COSINES), len(bands))), *means])
+    row = np.zeros((len(panels), 2), dtype=np.int64)
+    row[panel, side] = kind + 1
+    # a surface that sound meets from both sides counts half for each
+    area = geometry.face_areas / rims.met.sum(axis=1)[panels.of_face]
+    lost = np.zeros((geometry.surfaces, len(_COSINES), len(bands)))
+    for k in (0, 1):
+        met = losses[row[panels.of_face, k]] * area[:, None, None]
+        np.add.at(lost, geometry.face_surface, met)
+    return 1 - lost / np.maximum(geometry.areas, 1e-300)[:, None, None]
+
+
+def _kinds(rims: Rims, panel: IntArray, side: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the kind of each panel by size and ends, and an example of each."""
+    size = (rims.high - rims.low)[panel, side]
+    size = np.where(np.isfinite(size), np.log2(size), 10.0)
+    ends = [
+        part[panel, side].reshape(len(panel), 4) for part in (rims.bend, rims.passage)
+    ]
+    traits = np.round(2 * np.concatenate([size, *ends], axis=1))
+    kinds, kind = np.unique(traits, axis=0, return_inverse=True)
+    kind = kind.ravel()
+    area = np.bincount(kind, rims.area[panel], len(kinds))
+    most = np.argsort(-area, kind="stable")[:_KINDS]
+    apart = np.abs(kinds[:, None] - kinds[most]).sum(axis=2)
+    kind = apart.argmin(axis=1)[kind] if len(kinds) else kind
+    example = np.array([np.argmax(kind == k) for k in range(len(most))], np.int64)
+    return kind, example
+
+
+def _panel_mean(
+    rims: Rims,
+    panel: int,
+    side: int,
+    free: float,
+    bands: FloatArray,
+    speed: float,
+) -> FloatArray:
+    """Return the mean strength of a panel at each cosine, shape (cosines, bands)."""
+    grid = [
+        _places(low, high)
+        for low, high in zip(rims.low[panel, side], rims.high[panel, side], strict=True)
+    ]
+    u, v, cosine, turn = np.meshgrid(*grid, _COSINES, [0, np.pi / 2], indexing="ij")
+    sine = np.sqrt(1 - cosine**2)
+    way = np.stack([sine * np.cos(turn), sine * np.sin(turn), -cosine], axis=-1)
+    count = u.size
+    place = np.stack([u, v], axis=-1).reshape(count, 2)
+    rows = np.full(count, panel), np.full(count, side)
+    faces = _faces(rims, *rows, place, way.reshape(count, 3))
+    faces = replace(faces, before=np.full(count, free), after=np.full(count, free))
+    strength = mirror_strength(faces, bands, speed).reshape(*u.shape, len(bands))
+    return np.minimum(strength.mean(axis=(0, 1, 3)), 1.0)
+
+
+def _places(low: float, high: float) -> FloatArray:
+    """Return where along a side sound may be mirrored."""
+    if np.isfinite(high - low):
+        return (low + high) / 2 + _PLACES * (high - low)
+    return np.zeros(1)
+
+
+def _faces(
+    rims: Rims, panel: IntArray, side: IntArray, place: FloatArray, way: FloatArray
+) -> Faces:
+    """Return reflections at places on panels, with ways yet to be stated."""
+    none = np.zeros(len(panel))
+    return Faces(
+        way,
+        none,
+        none,
+        rims.low[panel, side] - place,
+        rims.high[panel, side] - place,
+        rims.bend[panel, side],
+        rims.passage[panel, side],
+    )
