@@ -36,6 +36,10 @@ class Work:
     exact gains."""
 
 
+_PER_CLASS = 3
+"""Gauss nodes in a class of angles, in which reflections hardly bend."""
+
+
 @dataclass(frozen=True)
 class Budget:
     """How much work may be spent, and how long the response is."""
@@ -105,6 +109,9 @@ class Lattice:
     """Lowest reflection order: those below are listed one by one."""
     fading: float = 0.0
     """How long before the latest arrival images begin to fade [s]."""
+    by_angle: FloatArray | None = None
+    """Reflection factors in equal classes of the cosine of incidence, where they
+    differ. Shape (6, classes, bands)."""
 
     @property
     def farthest(self) -> float:
@@ -210,6 +217,35 @@ class Sound:
         flat = self.reflect(bounces)
         shape = (surfaces, len(cosines), bands)
         return Reflection(flat.pressure.reshape(shape), flat.scattered.reshape(shape))
+
+    def by_class(self, classes: int) -> Reflection:
+        """Return the reflection of each surface in equal classes of the cosine.
+
+        Of sound from everywhere: the root of its mean energy, with the sign of the
+        mean pressure, and the mean scattered share.
+
+        Parameters
+        ----------
+        classes : int
+            How many divide 0…1, from grazing on.
+
+        Returns
+        -------
+        Reflection
+            Of shape (surfaces, classes, bands).
+        """
+        x, w = np.polynomial.legendre.leggauss(_PER_CLASS)
+        cosines = (np.arange(classes)[:, None] + (x + 1) / 2) / classes
+        # sound from everywhere brings energy in proportion to the cosine
+        weights = w * cosines / (w * cosines).sum(axis=1, keepdims=True)
+        table = self.table(cosines.ravel())
+        shape = (len(table.pressure), *cosines.shape, table.pressure.shape[-1])
+        mean, kept, diffuse = (
+            np.einsum("cn,scnb->scb", weights, part.reshape(shape))
+            for part in (table.pressure, table.pressure**2, table.diffuse)
+        )
+        scattered = np.divide(diffuse, kept, out=np.zeros_like(kept), where=kept > 0)
+        return Reflection(np.copysign(np.sqrt(kept), mean), np.minimum(scattered, 1.0))
 
     @property
     def _mean(self) -> tuple[FloatArray, FloatArray]:

@@ -65,6 +65,8 @@ def _is_flat(sound: Sound) -> bool:
     for pattern in sound.patterns or ():
         if len(pattern.bands) > 1:
             return False
+    if sound.lattice is not None and sound.lattice.by_angle is not None:
+        return False
     if sound.lattice is not None and np.any(np.ptp(sound.lattice.reflection, axis=1)):
         return False
     return not any(np.any(np.ptp(path.gain, axis=1)) for path in sound.arrivals)
@@ -88,9 +90,14 @@ def _axis(lattice: Lattice, axis: int, reach: float, lanes: int) -> Any:
     more, fewer = (np.abs(index) + 1) // 2, np.abs(index) // 2
     near = np.where(index > 0, fewer, more)[:, None]
     far = np.where(index > 0, more, fewer)[:, None]
-    walls = lattice.reflection[2 * axis : 2 * axis + 2]
-    gain = walls[0] ** near * walls[1] ** far
-    return index, _lanes(gain, lanes), np.abs(index)
+    if lattice.by_angle is None:
+        walls = lattice.reflection[2 * axis : 2 * axis + 2]
+        gain = walls[0] ** near * walls[1] ** far
+        return index, _lanes(gain, lanes), np.abs(index)
+    walls = lattice.by_angle[2 * axis : 2 * axis + 2]
+    gain = walls[0] ** near[..., None] * walls[1] ** far[..., None]
+    # a row for each image and class of angles
+    return index, _lanes(gain.reshape(-1, gain.shape[-1]), lanes), np.abs(index)
 
 
 class _Renderer:
@@ -106,6 +113,8 @@ class _Renderer:
         self.scale = budget.sample_rate / scene.speed_of_sound
         self.rows = self.fading = 0
         self.orders = (1, 0)
+        angles = None if sound.lattice is None else sound.lattice.by_angle
+        self.classes = 1 if angles is None else angles.shape[1]
         empty = np.zeros(0, dtype=np.int64)
         self.axes: Any = ((empty, np.zeros((0, self.lanes)), empty),) * 3
         if sound.lattice is not None:
@@ -210,7 +219,7 @@ class _Renderer:
         weighed = sound.patterns is not None
         size = sound.lattice.size if sound.lattice is not None else np.zeros(3)
         listeners = sound.listeners.positions[part.start : part.stop]
-        limits = self.orders, self.scale, self.rows, self.fading, weighed
+        limits = self.orders, self.scale, self.rows, self.fading, weighed, self.classes
         turns = self.ends[2][part.start : part.stop]
         ends = (*self.ends[:2], turns, *self.ends[3:])
         shape = (len(part), self.bands, n + 1 + pulses.TAPS)

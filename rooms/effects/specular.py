@@ -23,6 +23,10 @@ __all__ = ["SPECULAR"]
 
 _ANY_ORDER = 1 << 30  # no response is as long, and sums of orders still fit 32 bits
 _SILENT_DB = 300.0  # below what double precision keeps of a sum of pressures
+_CLASSES = 32
+"""Of the cosine of incidence of images that are not listed one by one."""
+_ALIKE = 1e-3
+"""Pressure factors that differ by less over all angles are one: 0.01 dB a bounce."""
 _MOST_IMAGES = 2e9
 """About twenty seconds of work for each pair."""
 
@@ -62,7 +66,16 @@ def apply(scene: Scene, sound: Sound) -> None:
         sound.arrivals.extend(_box_paths(scene, sound, listed))
         first = listed + 1
     limits = order, until, first, fading
-    sound.lattice = Lattice(geometry.size, sound.reflection, *limits)
+    angles = _by_angle(sound)
+    sound.lattice = Lattice(geometry.size, sound.reflection, *limits, by_angle=angles)
+
+
+def _by_angle(sound: Sound) -> FloatArray | None:
+    """Return the walls' factors by angle, (6, classes, bands); None if all are one."""
+    if not sound.local:
+        return None
+    factors = sound.by_class(_CLASSES).specular
+    return factors if np.ptp(factors, axis=1).max() > _ALIKE else None
 
 
 def _silent_after(scene: Scene, reflection: FloatArray) -> float:

@@ -49,15 +49,5 @@ def _shares(scene: Scene, sound: Sound) -> tuple[FloatArray, FloatArray]:
         spread = sound.scattering
         none = np.zeros_like(scene.absorption)
         return scene.absorption, none if spread is None else spread
-    x, w = np.polynomial.legendre.leggauss(3)
-    cosines = (np.arange(_CLASSES)[:, None] + (x + 1) / 2) / _CLASSES
-    # sound from everywhere brings energy in proportion to the cosine
-    weights = w * cosines / (w * cosines).sum(axis=1, keepdims=True)
-    table = sound.table(cosines.ravel())
-    shape = (len(scene.absorption), *cosines.shape, len(scene.bands))
-    kept, diffuse = (
-        np.einsum("cn,scnb->scb", weights, part.reshape(shape))
-        for part in (table.pressure**2, table.diffuse)
-    )
-    scattering = np.divide(diffuse, kept, out=np.zeros_like(kept), where=kept > 0)
-    return np.clip(1.0 - kept, 0.0, 1.0), np.clip(scattering, 0.0, 1.0)
+    met = sound.by_class(_CLASSES)
+    return np.clip(1.0 - met.pressure**2, 0.0, 1.0), met.scattered

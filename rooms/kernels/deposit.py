@@ -137,15 +137,90 @@ def deposit_lattice_bands(dx, dy, dz, gx, gy, gz, ox, oy, oz, orders, scale, gri
                     moments[7, lane] += h * xx * x
 
 
+@njit(cache=True, nogil=True, fastmath=True)
+def deposit_lattice_angles(
+    dx, dy, dz, gx, gy, gz, ox, oy, oz, orders, scale, classes, grid
+):
+    """Add every shoebox image, eight bands at once, where walls reflect by angle.
+
+    `gx` and its like have a row for each image and for each of the `classes` that
+    divide the cosine of the way to the axis evenly; see `deposit_lattice_bands`.
+    """
+    first_order, order = orders
+    fine = grid.shape[1] > 4
+    reach = (grid.shape[0] - 1.0) / scale
+    gain = np.empty(LANES)
+    mid = len(dz) // 2
+    pitch = max((dz[-1] - dz[0]) / max(1, len(dz) - 1), 1e-9)
+    for i in range(len(dx)):
+        for j in range(len(dy)):
+            rest = order - ox[i] - oy[j]
+            across = dx[i] * dx[i] + dy[j] * dy[j]
+            room = reach * reach - across
+            if rest < 0 or room <= 0.0:
+                continue
+            # so many classes for each metre over the distance
+            ax, ay = abs(dx[i]) * classes, abs(dy[j]) * classes
+            span = min(mid, rest, int(sqrt(room) / pitch) + 2)
+            for k in range(mid - span, mid + span + 1):
+                square = dz[k] * dz[k]
+                if square >= room:
+                    continue
+                if ox[i] + oy[j] + oz[k] < first_order:
+                    continue
+                distance = sqrt(across + square)
+                spread = 1.0 / max(distance, NEAREST)
+                one = gx[i * classes + min(int(ax * spread), classes - 1)]
+                two = gy[j * classes + min(int(ay * spread), classes - 1)]
+                az = abs(dz[k]) * classes
+                three = gz[k * classes + min(int(az * spread), classes - 1)]
+                at = distance * scale
+                row = int(at)
+                x = 2.0 * (at - row) - 1.0
+                xx = x * x
+                moments = grid[row]
+                for lane in range(LANES):
+                    g = one[lane] * two[lane] * three[lane] * spread
+                    gain[lane] = g * xx * xx
+                    moments[0, lane] += g
+                    moments[1, lane] += g * x
+                    moments[2, lane] += g * xx
+                    moments[3, lane] += g * xx * x
+                if not fine:
+                    continue
+                for lane in range(LANES):
+                    h = gain[lane]
+                    moments[4, lane] += h
+                    moments[5, lane] += h * x
+                    moments[6, lane] += h * xx
+                    moments[7, lane] += h * xx * x
+
+
 @njit(cache=True, nogil=True)
 def deposit_lattice_patterns(
-    dx, dy, dz, gx, gy, gz, ox, oy, oz, orders, scale, emitting, listening, grid
+    dx,
+    dy,
+    dz,
+    gx,
+    gy,
+    gz,
+    ox,
+    oy,
+    oz,
+    orders,
+    scale,
+    classes,
+    emitting,
+    listening,
+    grid,
 ):
     """Add every shoebox image, weighted by the gain patterns of both ends.
 
     `emitting` and `listening` are (turn (3, 3), coefficients (lanes, harmonics), table
     (directions, lanes)): the turn takes room directions into the device frame. Gains
     are looked up where there is a table, see `rooms.kernels.patterns.looked_up`.
+    Where walls reflect by angle, `gx` and its like have a row for each image and for
+    each of the `classes` that divide the cosine of the way to the axis evenly.
     """
     side = int(sqrt(len(emitting[2]) / 6.0) + 0.5)
     first_order, order = orders
@@ -190,8 +265,13 @@ def deposit_lattice_patterns(
                 at = distance * scale
                 row = int(at)
                 x = 2.0 * (at - row) - 1.0
+                a, b, c = i, j, k
+                if classes > 1:
+                    a = i * classes + min(int(abs(ux) * classes), classes - 1)
+                    b = j * classes + min(int(abs(uy) * classes), classes - 1)
+                    c = k * classes + min(int(abs(uz) * classes), classes - 1)
                 for lane in range(lanes):
-                    far = gx[i, lane] * gy[j, lane] * gz[k, lane] / distance
+                    far = gx[a, lane] * gy[b, lane] * gz[c, lane] / distance
                     leave[lane] = leave[lane] * reach_in[lane] * far
                 # all lanes of a moment lie side by side: the inner loop vectorises
                 for moment in range(grid.shape[1]):

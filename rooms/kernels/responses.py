@@ -4,6 +4,7 @@ import numpy as np
 from numba import njit
 
 from rooms.kernels.deposit import (
+    deposit_lattice_angles,
     deposit_lattice_bands,
     deposit_lattice_flat,
     deposit_lattice_patterns,
@@ -53,10 +54,10 @@ def fill_and_shape(
         Lengths of the shoebox; unused without lattice rows.
     axes : tuple of (index, gains, orders) per axis
         See `rooms.kernels.deposit`.
-    limits : tuple (orders, scale, lattice_rows, fading, patterned)
+    limits : tuple (orders, scale, lattice_rows, fading, patterned, classes)
         Lowest and highest order, samples per metre, rows the lattice may fill and
         over how many of them, the last ones, it fades, and whether `patterns` weigh
-        the images.
+        the images; the gains of `axes` have a row for each image and class of angles.
     patterns : tuple (emitter turn, emitter rows, listener turns, listener rows,
         emitter table, listener table)
         Gain patterns of the ends.
@@ -70,7 +71,7 @@ def fill_and_shape(
     out : ndarray, shape (listeners, lanes, n)
         Zeros on entry; starts LEAD samples before emission.
     """
-    orders, scale, lattice_rows, fading, patterned = limits
+    orders, scale, lattice_rows, fading, patterned, classes = limits
     (ix, gx, ox), (iy, gy, oy), (iz, gz, oz) = axes
     decay, banks, sizes = shaping
     lanes = grid.shape[2]
@@ -101,9 +102,14 @@ def fill_and_shape(
                     oz,
                     orders,
                     scale,
+                    classes,
                     emitting,
                     listening,
                     box,
+                )
+            elif classes > 1:
+                deposit_lattice_angles(
+                    dx, dy, dz, gx, gy, gz, ox, oy, oz, orders, scale, classes, box
                 )
             elif lanes == 1:
                 deposit_lattice_flat(

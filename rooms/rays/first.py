@@ -82,8 +82,9 @@ def find_joined(
     ----------
     room : tuple
         Tree, panels of faces, planes, surfaces of faces, and slack [m].
-    share : ndarray, shape (surfaces, bands)
-        Share of the energy arriving that is scattered.
+    share : ndarray, shape (surfaces, classes, bands)
+        Share of the energy arriving that is scattered, in equal classes of the cosine
+        of incidence: the mean of both ends' angles counts.
     here, there : Hits
         Those of both places.
     per_bin : float
@@ -91,7 +92,7 @@ def find_joined(
     bins : int
         Number of time steps.
     """
-    shape = (len(here.ways), bins, share.shape[1])
+    shape = (len(here.ways), bins, share.shape[2])
     rows = np.zeros((2, *shape))
     for one, other, target in ((here, there, rows[0]), (there, here, rows[1])):
         hits = one.origin, one.ways, one.face, one.length
@@ -105,6 +106,7 @@ def _join(room, share, hits, other, per_bin, rows):
     nodes, children, packs, faces = tree
     origin, ways, face, length = hits
     batches, bins, bands = rows.shape
+    classes = share.shape[1]
     stack, near = np.empty(DEPTH, dtype=np.int64), np.empty(16, dtype=np.float32)
     far, point = np.empty(8 * FEW), np.empty(3)
     for k in range(batches):
@@ -148,8 +150,11 @@ def _join(room, share, hits, other, per_bin, rows):
             square = length[k, r] * length[k, r]
             weight = max(square / abs(ahead), _CLOSEST)
             weight += max(far_off * span / abs(near_by), _CLOSEST)
+            one = min(int(abs(ahead) * classes), classes - 1)
+            two = min(int(abs(near_by) / span * classes), classes - 1)
             for band in range(bands):
-                rows[k, step, band] += 4.0 * share[row, band] / (weight * count)
+                both = share[row, one, band] + share[row, two, band]
+                rows[k, step, band] += 2.0 * both / (weight * count)
 
 
 def find_blurred(

@@ -89,7 +89,8 @@ class Tracer:
         steepness = 2.0 * np.arange(self.classes) + 1.0
         weights = steepness / steepness.sum()
         count, self.batches, self.seed, self.skip = rays
-        self.diffuse = np.einsum("c,scb->sb", weights, self.kept * self.scattering)
+        self.diffuse = self.kept * self.scattering
+        self.mean_diffuse = np.einsum("c,scb->sb", weights, self.diffuse)
         self.scatters = bool(np.any(self.diffuse))
         share = _MIRRORED if self.scatters else 1.0
         each = count / (2 * self.batches)
@@ -117,7 +118,7 @@ class Tracer:
         self.layout = FluxLayout(len(patches), self.bins, bands)
         self.records, self.bases = patches.records(self.geometry), self.layout.bases
         scales = tuple(4 * np.pi / max(part, 1) for part in self.each)
-        self.share = self.diffuse[patches.surface]
+        self.share = self.mean_diffuse[patches.surface]
         self.share /= np.pi * patches.area[:, None]
         self.exchange = Exchange(self.layout, self.share, (scales[0], scales[1]))
         span = self.layout.wide * self.layout.group

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 from scipy.special import j0
 
-from rir import GainPattern, Pose
+from rir import GainPattern, Pose, Poses
 from rir.walls import Admittance, Impedance, LayeredWall
 from rooms import Scene, simulate
 from rooms.effects import EFFECTS, Tolerance
+from rooms.effects.traced import traced_energy
 from rooms.mesh import MeshGeometry
-from rooms.sound import Budget
+from rooms.sound import Budget, Sound
 
 C = 343.2
 OCTAVES = [250.0, 500.0, 1000.0]
@@ -121,3 +122,51 @@ def test_only_rooms_with_such_walls_call_for_them():
     assert "1 of 6 surfaces" in need.reason
     rigid = Scene.shoebox((4, 3, 2.5), walls={"x0": Admittance(conductance=0.0)})
     assert not EFFECTS["walls"].needed(rigid, budget, tolerance).on
+
+
+def _traced(scene, rays=4000):
+    """Return energy per second at a listener by rays, (steps, bands), and the sound."""
+    listeners = Poses.of([[4, 1, 2]])
+    budget = Budget(16000, 2400, None, rays)
+    sound = Sound(scene, Pose.at(1.7, 3.1, 1.4), listeners, budget)
+    for name in ("walls", "scattering"):
+        EFFECTS[name].apply(scene, sound)
+    sound.listed_order = 0
+    energy, step = traced_energy(scene, sound)
+    return energy[0] * step, sound
+
+
+def test_rays_lose_at_each_angle_what_images_lose():
+    soft, hard = LayeredWall(layers=[WOOL]), Admittance(conductance=0.03)
+    scene = Scene.shoebox((6, 5, 3), walls={"floor": soft, "all": hard})
+    energy, sound = _traced(scene)
+    factors = np.abs(sound.by_class(32).specular)
+    size, ends = np.array([6, 5, 3]), np.array([[1.7, 3.1, 1.4], [4, 1, 2]])
+    line = np.arange(-18, 19)
+    index = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1)
+    index = index.reshape(-1, 3)
+    even = index % 2 == 0
+    way = np.where(even, index * size + ends[0], (index + 1) * size - ends[0]) - ends[1]
+    length = np.linalg.norm(way, axis=1)
+    gain = 1 / length[:, None]
+    for axis in range(3):
+        angle = (np.abs(way[:, axis]) / length * 31.999).astype(int)
+        more, fewer = (np.abs(index[:, axis]) + 1) // 2, np.abs(index[:, axis]) // 2
+        ahead = index[:, axis] > 0
+        for side, count in enumerate(
+            (np.where(ahead, fewer, more), np.where(ahead, more, fewer))
+        ):
+            gain = gain * factors[2 * axis + side, angle] ** count[:, None]
+    heard = (length < 0.15 * C) & (np.abs(index).sum(axis=1) > 0)
+    images = (gain[heard] ** 2).sum(axis=0)
+    assert np.allclose(10 * np.log10(energy.sum(axis=0) / images), 0, atol=0.15)
+
+
+def test_rough_walls_decay_as_independent_rays_do():
+    hard = Admittance(conductance=0.05)
+    scene = Scene.shoebox((4, 4, 4), scattering=1.0, walls={"all": hard})
+    energy = _traced(scene, 20000)[0][10:30, 3]
+    slope = np.polyfit(np.arange(20), np.log(energy), 1)[0]
+    # 100,000 rays in numpy, Lambert's law and (cos - .05)² / (cos + .05)² at each hit;
+    # with the absorption of diffuse sound at every angle it is -0.1705
+    assert slope == pytest.approx(-0.1648, rel=0.02)
