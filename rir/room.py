@@ -107,6 +107,16 @@ def per_octave(values: Any) -> Any:
     return values
 
 
+def _with_shares(data: Any) -> Any:
+    """Return what a file says with its shares per octave."""
+    if not isinstance(data, dict):
+        return data
+    return {
+        key: per_octave(value) if key in _SHARES else value
+        for key, value in data.items()
+    }
+
+
 class Surface(StrictModel):
     """What one surface does to sound: absorption and scattering per octave.
 
@@ -141,14 +151,7 @@ class Surface(StrictModel):
     @model_validator(mode="before")
     @classmethod
     def _expand(cls, data: Any) -> Any:
-        if isinstance(data, str):
-            data = {"material": data}
-        if not isinstance(data, dict):
-            return data
-        return {
-            key: per_octave(value) if key in _SHARES else value
-            for key, value in data.items()
-        }
+        return _with_shares({"material": data} if isinstance(data, str) else data)
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
@@ -251,18 +254,49 @@ class Place(StrictModel):
         return Pose.at(*self.at, yaw_deg=self.yaw_deg, pitch_deg=self.pitch_deg)
 
 
+FURNITURE_MATERIAL = "wooden_furniture"
+"""Of the bundled table: what a piece is made of that states nothing."""
+
+
 class Box(StrictModel):
-    """An axis-aligned box that stands in a room; see `RoomSpec` for what it does."""
+    """An axis-aligned box that stands in a room; see `RoomSpec` for what it does.
+
+    Its faces are stated as those of a `Surface`; wooden furniture where nothing is.
+    `transmission` is the share of energy that passes the whole piece.
+    """
 
     name: str = "box"
     low: _Point
     high: _Point
+    material: str | None = None
+    absorption: tuple[_Share, ...] | None = None
+    scattering: tuple[_Share, ...] | None = None
+    transmission: tuple[_Share, ...] | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _expand(cls, data: Any) -> Any:
+        return _with_shares(data)
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:
         if not all(a < b for a, b in zip(self.low, self.high, strict=True)):
             raise ValueError(f"low {self.low} must lie below high {self.high}")
+        _ = self.surface
         return self
+
+    @property
+    def assumed(self) -> bool:
+        """Whether nothing is stated of its faces."""
+        return self.material is None and self.absorption is None
+
+    @property
+    def surface(self) -> Surface:
+        """What its faces do to sound."""
+        stated = {name: getattr(self, name) for name in ("material", *_SHARES)}
+        if self.assumed:
+            stated["material"] = FURNITURE_MATERIAL
+        return Surface.model_validate(stated)
 
     def distance(self, point: ArrayLike) -> float:
         """Return the distance of a point to the box [m]; 0 inside."""
@@ -281,9 +315,9 @@ class RoomSpec(StrictModel):
     simulate or measure between; `default_scattering` is that of surfaces that state
     none.
 
-    `furniture` are boxes of which shape and place alone are known: devices keep out of
-    them, fields that look at the room see them as surfaces, and simulations leave them
-    out: sound meets furniture in the absorption and scattering stated for the walls.
+    `furniture` are boxes, each with a surface of its own: devices keep out of them,
+    fields that look at the room see them as surfaces, and in a box sound is reflected,
+    shaded, bent and let through by them.
 
     Examples
     --------

@@ -10,7 +10,7 @@ from rir import Poses, Registry, RoomSpec
 from rir.errors import SceneError
 from rir.numbers import shown
 from rooms.presets import PRESETS, load_room
-from rooms.scene import Scene, furniture_notes
+from rooms.scene import Scene
 
 __all__ = ["SCENES", "load_places", "load_scene"]
 
@@ -175,7 +175,18 @@ def _from_room_file(path: Path) -> Scene:
         scale=room.mesh_scale,
         name=room.name,
         air=room.air,
-        notes=furniture_notes(room),
+        notes=_left_out(room),
+    )
+
+
+def _left_out(room: RoomSpec) -> tuple[str, ...]:
+    """Return what to say of furniture stated beside a mesh."""
+    if not room.furniture:
+        return ()
+    names = ", ".join(box.name for box in room.furniture)
+    return (
+        f"furniture ({names}) is not simulated: give it as part of the mesh, or the"
+        " room as a box",
     )
 
 

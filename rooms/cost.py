@@ -81,6 +81,7 @@ def measure_knobs(
         pairs, against the best setting of all knobs; differences below 0.001 dB
         count as that. Seconds are those of one pair.
     """
+    scene = plan_effects(scene, sample_rate=sample_rate, duration=duration).stage(scene)
     boxed = scene.geometry.lattice
     best = {} if boxed else {"rays": _BEST_RAYS, "max_order": _MESH_ORDERS[-1]}
     fixed = {"sample_rate": sample_rate, "duration": duration, **best}

@@ -13,12 +13,12 @@ __all__ = ["grid_places", "random_places"]
 
 def _inside(scene: Scene, points: FloatArray, clearance: float) -> NDArray[np.bool_]:
     """Tell which points are in the air, with free air around them."""
-    free = ~scene.geometry.outside(points)
+    free = ~scene.outside(points)
     for axis in range(3):
         for side in (-clearance, clearance):
             moved = points.copy()
             moved[:, axis] += side
-            free[free] &= ~scene.geometry.outside(moved[free])
+            free[free] &= ~scene.outside(moved[free])
     return free
 
 

@@ -37,6 +37,12 @@ class EffectPlan:
         """Names of the effects that are on, in order of application."""
         return [name for name, verdict in self.verdicts.items() if verdict.on]
 
+    def stage(self, scene: Scene) -> Scene:
+        """Return the scene as the effects that are on make it, to be simulated."""
+        for name in self.on:
+            scene = EFFECTS[name].stage(scene)
+        return scene
+
 
 def plan_effects(
     scene: Scene,
@@ -103,7 +109,10 @@ def plan_effects(
             verdicts[name] = Need(name in only, "on request")
             continue
         verdict = effect.needed(scene, budget, tolerance)
-        verdicts[name] = _overridden(name, verdict, only, without, everything)
+        verdict = _overridden(name, verdict, only, without, everything)
+        verdicts[name] = verdict
+        if verdict.on:
+            scene = effect.stage(scene)
     if only is not None or everything:
         return EffectPlan(verdicts, tolerance)
     return _frugal(scene, budget, EffectPlan(verdicts, tolerance))

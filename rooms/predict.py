@@ -13,7 +13,12 @@ from rooms.energy_flow import energy_flow
 from rooms.geometry import Shoebox
 from rooms.scene import Scene
 
-__all__ = ["Parameters", "differences", "predict_parameters", "predicted_errors"]
+__all__ = [
+    "Parameters",
+    "differences",
+    "predict_parameters",
+    "predicted_errors",
+]
 
 _STEPS = 200  # 800 move levels by 0.11 dB, C50 by 0.03 dB and T60 by 0.3 %
 

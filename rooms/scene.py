@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from rir import GainPattern, RoomSpec
 from rir.arrays import FloatArray
@@ -15,101 +16,17 @@ from rir.errors import SceneError
 from rir.numbers import read_array, read_number, shown
 from rir.room import WALLS, Air
 from rir.walls import WallModel, random_incidence_octaves
+from rooms.furniture import Furniture
 from rooms.geometry import Geometry, Shoebox
 from rooms.hardware import Hardware
+from rooms.surfaces import resolve_surfaces, spread_shares, wall_models
+
+if TYPE_CHECKING:
+    from rooms.mesh import MeshGeometry
 
 __all__ = ["Scene"]
 
 _BANDS = octave_centers(125.0, 8000.0)
-_SHARES = "give one number of 0…1, one per octave (7), or a mapping from wall to such"
-
-
-def spread_shares(what: str, values: Any, surfaces: int) -> FloatArray:
-    """Return shares per surface and octave from any of the forms users write.
-
-    Parameters
-    ----------
-    what : str
-        Name used in messages.
-    values : float, array_like or mapping
-        One number; one per octave (7); one row per surface, of 1 or 7 columns;
-        or a mapping from wall name (or "walls", "all") to such numbers.
-    surfaces : int
-        Number of surfaces.
-
-    Raises
-    ------
-    SceneError
-        If the shape fits nothing, or a share lies outside 0…1.
-
-    Examples
-    --------
-    >>> spread_shares("absorption", {"all": 0.1, "floor": 0.5}, 6)[:, 0].tolist()
-    [0.1, 0.1, 0.1, 0.1, 0.5, 0.1]
-    """
-    if isinstance(values, Mapping):
-        values = [_named(what, values, wall) for wall in WALLS]
-    array = read_array(values, what, _SHARES, SceneError)
-    try:
-        spread = np.broadcast_to(array, (surfaces, len(_BANDS))).copy()
-    except ValueError as error:
-        raise SceneError(
-            f"{what} of shape {array.shape} fits neither 1 nor {len(_BANDS)} octaves"
-            f" of {surfaces} surfaces"
-        ) from error
-    wrong = ~((spread >= 0) & (spread <= 1))
-    if wrong.any():
-        raise SceneError(
-            f"{what} must lie in 0…1; got {spread[wrong][0]:g}"
-            f" ({wrong.sum()} of {wrong.size} are outside)"
-        )
-    return spread
-
-
-def _named(what: str, values: Mapping[str, Any], wall: str) -> FloatArray:
-    for key in (wall, "walls" if wall[0] in "xy" else "all", "all"):
-        if key in values:
-            array = read_array(values[key], f"{what} of {key!r}", _SHARES, SceneError)
-            if array.size not in (1, len(_BANDS)):
-                raise SceneError(
-                    f"{what} of {key!r} has {array.size} numbers, not 1 or"
-                    f" {len(_BANDS)}; {_SHARES}"
-                )
-            return np.broadcast_to(array.ravel(), len(_BANDS))
-    known = ", ".join(map(str, values)) or "none"
-    raise SceneError(
-        f"no {what} is stated for {wall}; stated: {known}; add {wall!r} or 'all'"
-    )
-
-
-def _models_of(walls: Mapping[str, WallModel]) -> dict[int, WallModel]:
-    """Return the models of a box's walls by row; the nearest name holds."""
-    known = {*WALLS, "walls", "all"}
-    for name, model in walls.items():
-        if name not in known:
-            raise SceneError(f"no wall {name!r}; known: {', '.join(sorted(known))}")
-        if not isinstance(model, WallModel):
-            raise SceneError(
-                f"the wall {name!r} is a model of rir.walls, not {shown(model)}"
-            )
-    rows = {}
-    for row, wall in enumerate(WALLS):
-        keys = (wall, "walls" if wall[0] in "xy" else "all", "all")
-        found = [walls[key] for key in keys if key in walls]
-        if found:
-            rows[row] = found[0]
-    return rows
-
-
-def furniture_notes(room: RoomSpec) -> tuple[str, ...]:
-    """Return what to say of the furniture of a room, which sound passes through."""
-    if not room.furniture:
-        return ()
-    names = ", ".join(box.name for box in room.furniture)
-    return (
-        f"furniture ({names}) is not simulated: rigs keep out of it, and sound meets"
-        " it only in the absorption and scattering stated for the walls",
-    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,6 +55,8 @@ class Scene:
         Row of a surface to the `rir.walls.WallModel` that it answers by at each angle;
         surfaces that are not in it reflect alike at all angles. Their absorption
         is that of diffuse sound.
+    furniture : Furniture, optional
+        Boxes that stand in a box-shaped room; see `furnished`.
 
     Examples
     --------
@@ -159,6 +78,7 @@ class Scene:
     emitter_speed: float = 0.0
     notes: tuple[str, ...] = ()
     walls: Mapping[int, WallModel] = field(default_factory=dict)
+    furniture: Furniture | None = None
 
     def __post_init__(self) -> None:
         read_number(
@@ -193,6 +113,10 @@ class Scene:
                 "transmission cannot exceed absorption: what passes through a"
                 " surface is part of what it does not reflect"
             )
+        if self.furniture is not None and not self.geometry.lattice:
+            raise SceneError(
+                "furniture stands in boxes; a mesh has it among its surfaces"
+            )
 
     @staticmethod
     def shoebox(
@@ -214,7 +138,8 @@ class Scene:
         size : array_like, shape (3,)
             Lengths along x, y, z [m]; a corner lies at the origin.
         absorption, scattering : float, array_like or mapping
-            See `spread_shares`: per room, octave, wall, or wall and octave.
+            Per room, octave, wall, or wall and octave; see
+            `rooms.surfaces.spread_shares`.
         air : Air, optional
             20 °C, 50 %, 101.325 kPa when left out.
         emitter_gain, listener_gain : GainPattern, optional
@@ -225,20 +150,20 @@ class Scene:
             Name of a wall (or "walls", "all") to a `rir.walls.WallModel`, whose
             absorption of diffuse sound then stands for what is stated for the wall.
         **changes
-            `hardware`, `emitter_speed` or `notes`, see `Scene`.
+            `hardware`, `emitter_speed`, `notes` or `furniture`, see `Scene`.
 
         Raises
         ------
         SceneError
             If a length is not positive, or a share or a field is not what it must be.
         """
-        known = ("hardware", "emitter_speed", "notes")
+        known = ("hardware", "emitter_speed", "notes", "furniture")
         unknown = ", ".join(sorted(set(changes) - set(known)))
         if unknown:
             raise SceneError(
                 f"a box takes no {unknown}; besides the named ones: {', '.join(known)}"
             )
-        models = _models_of({} if walls is None else walls)
+        models = wall_models({} if walls is None else walls)
         shares = spread_shares("absorption", absorption, 6)
         for row, model in models.items():
             shares[row] = random_incidence_octaves(model, _BANDS)
@@ -283,7 +208,7 @@ class Scene:
             scattering=room.scattering,
             air=room.air,
             name=room.name,
-            notes=furniture_notes(room),
+            furniture=Furniture.of(room),
         )
         models = {row: room.surface(wall).wall_model for row, wall in enumerate(WALLS)}
         known = {row: model for row, model in models.items() if model is not None}
@@ -355,8 +280,6 @@ class Scene:
     @staticmethod
     def of_geometry(geometry: Geometry, materials: Any, **changes: Any) -> "Scene":
         """Return the scene of a mesh geometry with named surfaces."""
-        from rooms.surfaces import resolve_surfaces
-
         shares = resolve_surfaces(geometry.surface_names, materials)
         try:
             return replace(Scene(geometry, *shares[:3], walls=shares[3]), **changes)
@@ -406,10 +329,22 @@ class Scene:
             loss = 4 * volume * self.air_loss if air else 0.0
             return 24 * np.log(10) * volume / (self.speed_of_sound * (exponent + loss))
 
+    @property
+    def furnished(self) -> "Scene":
+        """The same room as a mesh with its furniture; itself where there is none."""
+        return self if self.furniture is None else _furnished(self)
+
+    def outside(self, points: ArrayLike) -> NDArray[np.bool_]:
+        """Tell which points, shape (N, 3), lie outside the room or in furniture."""
+        outside = self.geometry.outside(points)
+        if self.furniture is not None:
+            outside = outside | self.furniture.holds(points)
+        return outside
+
     def check_inside(self, what: str, points: ArrayLike) -> None:
         """Raise `SceneError` unless every point, shape (N, 3), lies in the room."""
         points = np.asarray(points, dtype=float).reshape(-1, 3)
-        outside = self.geometry.outside(points)
+        outside = self.outside(points)
         if outside.any():
             first = points[np.argmax(outside)]
             raise SceneError(
@@ -418,9 +353,40 @@ class Scene:
             )
 
 
+@lru_cache(maxsize=8)
+def _furnished(scene: Scene) -> Scene:
+    pieces = scene.furniture
+    if pieces is None:
+        return scene
+    geometry = _furnished_mesh(pieces, tuple(map(float, scene.geometry.size)))
+    rows = [[*WALLS, *pieces.names].index(name) for name in geometry.surface_names]
+    # sound that passes a piece crosses two of its faces
+    shares = [
+        np.concatenate([walls, faces])[rows]
+        for walls, faces in (
+            (scene.absorption, pieces.absorption),
+            (scene.scattering, pieces.scattering),
+            (scene.transmission, np.sqrt(pieces.transmission)),
+        )
+    ]
+    named = dict(zip(("absorption", "scattering", "transmission"), shares, strict=True))
+    walls = {
+        rows.index(row): model for row, model in scene.walls.items() if row in rows
+    }
+    return replace(scene, geometry=geometry, furniture=None, walls=walls, **named)
+
+
+@lru_cache(maxsize=8)
+def _furnished_mesh(
+    pieces: Furniture, size: tuple[float, float, float]
+) -> "MeshGeometry":
+    return pieces.mesh(np.array(size))
+
+
 _KINDS: dict[str, Any] = {
     "air": Air,
     "emitter_gain": GainPattern,
     "listener_gain": GainPattern,
     "hardware": (Hardware, type(None)),
+    "furniture": (Furniture, type(None)),
 }

@@ -143,7 +143,7 @@ def simulate(
         )
     budget = replace(budget, work=plan.work)
     target = Target(limits, seconds)
-    run = _Run(scene, plan, places, threads, dtype)
+    run = _Run(plan.stage(scene), plan, places, threads, dtype)
     if target.open_ended or not run.traces(budget):
         run(budget)
     else:

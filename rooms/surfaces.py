@@ -1,4 +1,4 @@
-"""Give the surfaces of a mesh their materials."""
+"""Give the surfaces of a room their materials."""
 
 from collections.abc import Mapping, Sequence
 from fnmatch import fnmatchcase
@@ -7,17 +7,97 @@ from typing import Any
 import numpy as np
 
 from rir.arrays import FloatArray
+from rir.bands import octave_centers
 from rir.config import validate
 from rir.errors import SceneError
 from rir.materials import load_materials
-from rir.numbers import shown
-from rir.room import Surface
+from rir.numbers import read_array, shown
+from rir.room import WALLS, Surface
 from rir.walls import WallModel
 
-__all__ = ["Shares", "resolve_surfaces"]
+__all__ = ["Shares", "resolve_surfaces", "spread_shares", "wall_models"]
 
 Shares = tuple[FloatArray, FloatArray, FloatArray, dict[int, WallModel]]
 _ANY = ("all", "default")
+_BANDS = octave_centers(125.0, 8000.0)
+_SHARES = "give one number of 0…1, one per octave (7), or a mapping from wall to such"
+
+
+def spread_shares(what: str, values: Any, surfaces: int) -> FloatArray:
+    """Return shares per surface and octave from any of the forms users write.
+
+    Parameters
+    ----------
+    what : str
+        Name used in messages.
+    values : float, array_like or mapping
+        One number; one per octave (7); one row per surface, of 1 or 7 columns;
+        or a mapping from wall name (or "walls", "all") to such numbers.
+    surfaces : int
+        Number of surfaces.
+
+    Raises
+    ------
+    SceneError
+        If the shape fits nothing, or a share lies outside 0…1.
+
+    Examples
+    --------
+    >>> spread_shares("absorption", {"all": 0.1, "floor": 0.5}, 6)[:, 0].tolist()
+    [0.1, 0.1, 0.1, 0.1, 0.5, 0.1]
+    """
+    if isinstance(values, Mapping):
+        values = [_named(what, values, wall) for wall in WALLS]
+    array = read_array(values, what, _SHARES, SceneError)
+    try:
+        spread = np.broadcast_to(array, (surfaces, len(_BANDS))).copy()
+    except ValueError as error:
+        raise SceneError(
+            f"{what} of shape {array.shape} fits neither 1 nor {len(_BANDS)} octaves"
+            f" of {surfaces} surfaces"
+        ) from error
+    wrong = ~((spread >= 0) & (spread <= 1))
+    if wrong.any():
+        raise SceneError(
+            f"{what} must lie in 0…1; got {spread[wrong][0]:g}"
+            f" ({wrong.sum()} of {wrong.size} are outside)"
+        )
+    return spread
+
+
+def _named(what: str, values: Mapping[str, Any], wall: str) -> FloatArray:
+    for key in (wall, "walls" if wall[0] in "xy" else "all", "all"):
+        if key in values:
+            array = read_array(values[key], f"{what} of {key!r}", _SHARES, SceneError)
+            if array.size not in (1, len(_BANDS)):
+                raise SceneError(
+                    f"{what} of {key!r} has {array.size} numbers, not 1 or"
+                    f" {len(_BANDS)}; {_SHARES}"
+                )
+            return np.broadcast_to(array.ravel(), len(_BANDS))
+    known = ", ".join(map(str, values)) or "none"
+    raise SceneError(
+        f"no {what} is stated for {wall}; stated: {known}; add {wall!r} or 'all'"
+    )
+
+
+def wall_models(walls: Mapping[str, WallModel]) -> dict[int, WallModel]:
+    """Return the models of a box's walls by row; the nearest name holds."""
+    known = {*WALLS, "walls", "all"}
+    for name, model in walls.items():
+        if name not in known:
+            raise SceneError(f"no wall {name!r}; known: {', '.join(sorted(known))}")
+        if not isinstance(model, WallModel):
+            raise SceneError(
+                f"the wall {name!r} is a model of rir.walls, not {shown(model)}"
+            )
+    rows = {}
+    for row, wall in enumerate(WALLS):
+        keys = (wall, "walls" if wall[0] in "xy" else "all", "all")
+        found = [walls[key] for key in keys if key in walls]
+        if found:
+            rows[row] = found[0]
+    return rows
 
 
 def resolve_surfaces(names: Sequence[str], materials: Any) -> Shares:

@@ -1,18 +1,37 @@
 """Low frequencies by the wave equation on a grid (FDTD)."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from rir.arrays import FloatArray, IntArray
 from rir.errors import SceneError
+from rooms.mesh import MeshGeometry
+from rooms.mesh.columns import filled_cells
 from rooms.scene import Scene
 
 __all__ = ["WaveGrid"]
 
 _MOST_CELLS = 4_000_000  # ten times what the planner asks for: 32 MB an array
+
+
+@lru_cache(maxsize=8)
+def _air_cells(mesh: MeshGeometry, counts: tuple[int, int, int]) -> FloatArray:
+    """Return 1 for cells in the air, with a frame of zeros; once for all emitters."""
+    shape = np.array(counts)
+    size = np.asarray(mesh.size, dtype=float)
+    # the triangles' corners are stated relative to the middle of the mesh
+    low, spacing = -size / 2, size / shape
+    if mesh.watertight:
+        return np.pad(filled_cells(mesh.corners, low, spacing, shape), 1)
+    from rooms.kernels.grid import winding_numbers
+
+    axes = [np.arange(n) + 0.5 for n in counts]
+    cells = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1) * spacing + low
+    turns = np.abs(winding_numbers(cells.reshape(-1, 3), mesh.corners))
+    return np.pad((turns > 0.5).reshape(counts).astype(float), 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,18 +174,10 @@ class WaveGrid:
 
     def _inside(self) -> FloatArray:
         """Return 1 for cells whose middle is in the air, with a frame of zeros."""
-        axes = [np.arange(n) + 0.5 for n in self.shape]
-        cells = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1) * self.spacing
         if self.scene.geometry.lattice:
             return np.pad(np.ones(tuple(self.shape)), 1)
-        from rooms.kernels.grid import winding_numbers
-
-        corners = self.scene.geometry.mesh.corners
-        # the triangles' corners are stated relative to the middle of the mesh
-        air = (
-            np.abs(winding_numbers(cells.reshape(-1, 3) - self.size / 2, corners)) > 0.5
-        )
-        return np.pad(air.reshape(self.shape).astype(float), 1)
+        counts = tuple(map(int, self.shape))
+        return _air_cells(self.scene.geometry.mesh, counts)
 
     def _neighbours(self, inside: FloatArray, ratios: FloatArray) -> FloatArray:
         """Return the sum of the ratios over the neighbours in the air."""

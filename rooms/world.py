@@ -170,29 +170,27 @@ class World(_Places):
         ends = self._ends(emitter, listener)
         for what, pose in zip(("emitter", "listener"), ends, strict=True):
             self.scene.check_inside(what, pose.position)
-        scene = self.scene
+        scene = self.plan.stage(self.scene)
         if _rank(ends[1], scene.listener_gain) < _rank(ends[0], scene.emitter_gain):
             ends = ends[::-1]
-            scene = self._mirrored()
+            scene = _mirrored(scene)
         sound = Sound(scene, ends[0], Poses.of(ends[1]), self.budget)
         return run_plan(scene, self.plan, sound)[0]
-
-    def _mirrored(self) -> Scene:
-        """Return the scene with the patterns exchanged, the same object if equal."""
-        scene = self.scene
-        if scene.emitter_gain == scene.listener_gain:
-            return scene
-        return replace(
-            scene,
-            emitter_gain=scene.listener_gain,
-            listener_gain=scene.emitter_gain,
-        )
 
     def responses(self) -> FloatArray:
         """Return the responses at all listeners, shape (listeners, n_samples)."""
         if not self.listeners:
             raise SceneError("place a listener first")
         return np.stack([self.response(listener=pose) for pose in self.listeners])
+
+
+def _mirrored(scene: Scene) -> Scene:
+    """Return the scene with the patterns exchanged, the same object if equal."""
+    if scene.emitter_gain == scene.listener_gain:
+        return scene
+    return replace(
+        scene, emitter_gain=scene.listener_gain, listener_gain=scene.emitter_gain
+    )
 
 
 def _rank(pose: Pose, gain: GainPattern) -> tuple[float, ...]:

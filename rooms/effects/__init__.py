@@ -10,6 +10,7 @@ from rooms.effects.air import AIR
 from rooms.effects.diffraction import DIFFRACTION
 from rooms.effects.direct import DIRECT
 from rooms.effects.effect import Effect, Need, Tolerance
+from rooms.effects.furniture import FURNITURE
 from rooms.effects.hardware import HARDWARE
 from rooms.effects.late import LATE
 from rooms.effects.modes import MODES
@@ -24,6 +25,7 @@ from rooms.effects.walls import WALLS
 __all__ = ["EFFECTS", "Effect", "Need", "Tolerance"]
 
 _ORDER = (
+    FURNITURE,
     PATTERNS,
     WALLS,
     SCATTERING,

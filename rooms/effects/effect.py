@@ -100,6 +100,10 @@ def judged(
     return Need(bool(over), reason, errors, cost_s)
 
 
+def _as_it_is(scene: Scene) -> Scene:
+    return scene
+
+
 @dataclass(frozen=True)
 class Effect:
     """One interchangeable part of the physics."""
@@ -112,6 +116,8 @@ class Effect:
     """(scene, budget, tolerance) -> Need; cheap, never simulates."""
     apply: Callable[[Scene, Sound], None]
     """(scene, sound) -> None; adds itself to the sound."""
+    stage: Callable[[Scene], Scene] = _as_it_is
+    """What the scene is for the effects that follow, once this one is on."""
     after: str = ""
     """Effect that this one is applied right after; the last one when empty. Only
     effects of other packages need it: ours stand in their order."""

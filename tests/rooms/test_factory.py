@@ -3,6 +3,7 @@ import signal
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,7 +16,8 @@ from rooms.factory import Recipe, make_dataset
 from rooms.layout import paper_layout
 from rooms.simulation import simulate
 
-SMALL = Recipe("kitchen", sample_rate=8000, duration=0.05, emitters=2, unseen=1,
+BARE = str(Path(__file__).with_name("bare_room.yaml"))
+SMALL = Recipe(BARE, sample_rate=8000, duration=0.05, emitters=2, unseen=1,
                listeners=150)  # fmt: skip
 
 CLUSTER = """
@@ -24,7 +26,7 @@ from dataclasses import replace
 from distributed import LocalCluster
 from rooms.factory import Recipe, make_dataset
 if __name__ == "__main__":
-    recipe = Recipe("kitchen", sample_rate=8000, duration=0.05, emitters=2, unseen=1,
+    recipe = Recipe(sys.argv[2], sample_rate=8000, duration=0.05, emitters=2, unseen=1,
                     listeners=150)
     options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
     with LocalCluster(**options) as cluster:
@@ -47,13 +49,13 @@ def reference(tmp_path_factory):
 
 def test_rows_are_what_simulate_answers(reference):
     data = Dataset.open(reference)
-    layout = paper_layout(load_scene("kitchen"), emitters=2, unseen=1, listeners=150)
+    layout = paper_layout(load_scene(BARE), emitters=2, unseen=1, listeners=150)
     assert data.simulated
     assert len(data) == len(layout) == 3 * len(layout.listeners)
     assert list(np.unique(data.table["split"])) == ["test", "train"]
     row = len(layout.listeners) + 5
     expected = simulate(
-        load_scene("kitchen"), layout.emitters[1], layout.listeners[5],
+        load_scene(BARE), layout.emitters[1], layout.listeners[5],
         sample_rate=8000, duration=0.05,
     ).responses[0, 0]  # fmt: skip
     np.testing.assert_allclose(data.responses[row : row + 1][0], expected, atol=1e-6)
@@ -96,7 +98,7 @@ def test_a_cluster_survives_the_loss_of_a_worker(reference, tmp_path):
     script.write_text(CLUSTER)
     target = tmp_path / "one.h5"
     done = subprocess.run(
-        [sys.executable, str(script), str(target)],
+        [sys.executable, str(script), str(target), BARE],
         capture_output=True, text=True, timeout=180, check=False,
         env={**os.environ, "PYTHONWARNINGS": "ignore"},
     )  # fmt: skip
