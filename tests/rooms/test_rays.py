@@ -5,6 +5,7 @@ from rir.errors import SceneError
 from rooms.mesh import MeshGeometry, find_paths
 from rooms.rays import trace_energy
 from rooms.rays.patches import find_patches
+from rooms.rays.population import resampled
 
 FLOOR = [(0, 0), (6, 0), (6, 2.5), (3, 2.5), (3, 5), (0, 5)]
 C = 343.2
@@ -226,7 +227,40 @@ def test_a_pair_does_not_depend_on_the_other_places():
 def test_any_number_of_bands_lies_side_by_side(bands):
     room = MeshGeometry.extruded(FLOOR, 3)
     absorption = np.linspace(0.1, 0.5, bands)
-    joint = traced(room, absorption, 0.3, bands=bands, rays=400, duration=0.1)
-    last = traced(room, absorption[-1], 0.3, rays=400, duration=0.1)
+    # before rays are evened out by what all bands carry
+    options = {"rays": 400, "duration": 0.04}
+    joint = traced(room, absorption, 0.3, bands=bands, **options)
+    last = traced(room, absorption[-1], 0.3, **options)
     wanted = last.energy[0, 0, 0]
     np.testing.assert_allclose(joint.energy[0, 0, -1], wanted, rtol=1e-4, atol=1e-9)
+
+
+def test_evening_out_keeps_the_mean_of_every_band():
+    rng = np.random.default_rng(2)
+    energies = rng.exponential(1.0, (40, 2)) ** 3
+    travellers = (
+        np.zeros((40, 6)),
+        np.zeros((40, 4)),
+        np.arange(40, dtype=np.uint64),
+        energies,
+        np.ones((40, 2)),
+    )
+    sums, counts = np.zeros(2), []
+    for chance in (np.arange(1000) + 0.5) / 1000:
+        drawn = resampled(travellers, 40, 25, chance)
+        sums += drawn[3].sum(axis=0) / 1000
+        counts.append(len(drawn[2]))
+        assert len(np.unique(drawn[2])) == len(drawn[2])
+    np.testing.assert_allclose(sums, energies.sum(axis=0), rtol=0.002)
+    assert set(counts) == {25}
+
+
+def test_late_energy_above_a_dead_wall_is_not_left_to_a_few_rays():
+    room = MeshGeometry.box((6, 5, 3))
+    absorption = np.full((6, 1), 0.05)
+    absorption[room.surface_names.index("ceiling")] = 0.6
+    late = [
+        traced(room, absorption, 0.3, seed=seed, duration=0.6).energy[..., 400:].sum()
+        for seed in range(16)
+    ]
+    assert 4.34 * np.std(late, ddof=1) / np.mean(late) < 0.7
