@@ -111,7 +111,8 @@ class _Renderer:
         self.lanes = 1 if _is_flat(sound) else _FULL
         self.bands = 1 if self.lanes == 1 else len(scene.bands)
         self.scale = budget.sample_rate / scene.speed_of_sound
-        self.rows = self.fading = 0
+        self.rows = 0
+        self.fading = np.zeros(0)
         self.orders = (1, 0)
         angles = None if sound.lattice is None else sound.lattice.by_angle
         self.classes = 1 if angles is None else angles.shape[1]
@@ -140,9 +141,17 @@ class _Renderer:
         rows = int(np.ceil(min(limit, far))) + 1
         self.rows = min(rows, self.sound.budget.n_samples + 1)
         self.orders = (lattice.from_order, lattice.max_order)
-        self.fading = round(lattice.fading * self.sound.budget.sample_rate)
+        self.fading = self._fading(lattice)
         reach = self.rows / self.scale
         self.axes = tuple(_axis(lattice, k, reach, self.lanes) for k in range(3))
+
+    def _fading(self, lattice: Lattice) -> FloatArray:
+        """Return the factors of the last rows of images, which fade until their end."""
+        if lattice.fading <= 0:
+            return np.zeros(0)
+        times = np.arange(self.rows) / self.sound.budget.sample_rate
+        left = np.clip((lattice.until - times) / lattice.fading, 0, 1)
+        return np.sin(np.pi / 2 * left[left < 1])
 
     def _ends(self) -> Any:
         """Return the turns and coefficients of both gain patterns."""

@@ -58,7 +58,9 @@ def apply(scene: Scene, sound: Sound) -> None:
         sound.listed_order = order
     else:
         until, fading = handover_time(scene, sound), fading_before(scene, sound)
-    until = min(until, _silent_after(scene, sound.reflection))
+    silent = _silent_after(scene, sound.reflection)
+    if silent < until:
+        until, fading = silent, 0.0
     _check_bearable(scene, min(order, _ANY_ORDER), until)
     first = 1
     if sound.local or sound.arrival_changes:

@@ -56,8 +56,8 @@ def fill_and_shape(
         See `rooms.kernels.deposit`.
     limits : tuple (orders, scale, lattice_rows, fading, patterned, classes)
         Lowest and highest order, samples per metre, rows the lattice may fill and
-        over how many of them, the last ones, it fades, and whether `patterns` weigh
-        the images; the gains of `axes` have a row for each image and class of angles.
+        factors by which the last of them fade, and whether `patterns` weigh the
+        images; the gains of `axes` have a row for each image and class of angles.
     patterns : tuple (emitter turn, emitter rows, listener turns, listener rows,
         emitter table, listener table)
         Gain patterns of the ends.
@@ -129,9 +129,9 @@ def fill_and_shape(
                 deposit_lattice_bands(
                     dx, dy, dz, gx, gy, gz, ox, oy, oz, orders, scale, box
                 )
-            for row in range(fading):
-                left = np.sin(np.pi / 2 * (row + 1) / (fading + 1))
-                box[lattice_rows - 1 - row] *= left
+            begin = lattice_rows - len(fading)
+            for row in range(len(fading)):
+                box[begin + row] *= fading[row]
         some = slice(starts[place], starts[place + 1])
         deposit_paths(delays[some], gains[some], view)
         shape_pulses(view, decay, banks, sizes, out[place])

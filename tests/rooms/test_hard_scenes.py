@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
-from rir import GainPattern, Pose
+from rir import GainPattern, Pose, Poses
 from rir.errors import SceneError, SignalError
 from rooms import Scene, simulate
+from rooms.sound import Budget, Lattice, Sound
+from rooms.synthesis import render
 
 OUTLINE = np.array([(0, 0), (4, 0), (4, 1.6), (2, 1.6), (2, 3), (0, 3)])
 RUN = {"sample_rate": 8000, "duration": 0.06, "rays": 200}
@@ -150,3 +152,24 @@ def test_a_centimetre_room_with_any_loss_is_simulated():
     assert np.isfinite(made).all()
     # it has fallen silent long before the end
     assert np.abs(made[..., 2400:]).max() < 1e-9 * np.abs(made).max()
+
+
+@pytest.mark.parametrize("order", [None, 1])
+def test_images_that_end_before_they_would_fade_keep_to_their_rows(order):
+    # lists that fell silent, or were cut by order, once faded rows of other memory
+    scene = Scene.shoebox([0.3, 0.3, 0.3], absorption=0.5, scattering=0.3)
+    places = [0.1, 0.15, 0.15], [0.2, 0.14, 0.13]
+    sound = Sound(
+        scene,
+        Pose.at(*places[0]),
+        Poses.of([Pose.at(*places[1])]),
+        Budget(16000, 1600, order),
+    )
+    sound.lattice = Lattice(
+        scene.geometry.size, sound.reflection, order or 9, 0.02, 1, 0.03
+    )
+    early = render(sound)[0]
+    sound.lattice = Lattice(scene.geometry.size, sound.reflection, order or 9, 0.02)
+    whole = render(sound)[0]
+    assert np.isfinite(early).all()
+    assert np.sum(early**2) <= np.sum(whole**2)
