@@ -32,10 +32,10 @@ def describe_scene(scene: Scene) -> "Text":
     size = " x ".join(f"{length:.2f}" for length in np.asarray(scene.geometry.size))
     decay = scene.eyring_t60()
     low, high = (f"{value:.2f}" for value in (decay.min(), decay.max()))
-    lines = [
-        f" {scene.name}: {size} m, {scene.geometry.volume:.1f} m³, Eyring T60"
-        f" {low}…{high} s"
-    ]
+    volume = f"{scene.geometry.volume:.1f} m³"
+    if scene.geometry.estimates:
+        volume = f"about {scene.geometry.volume:.0f} m³"
+    lines = [f" {scene.name}: {size} m, {volume}, Eyring T60 {low}…{high} s"]
     lines += [f"  note: {remark}" for remark in scene.remarks]
     return Text.assemble(("SIMULATED", "bold red"), "\n".join(lines))
 

@@ -55,6 +55,16 @@ class Geometry(Protocol):
         ...
 
     @property
+    def estimates(self) -> tuple[str, ...]:
+        """What is known only about, in words: the size of a shape that is open."""
+        ...
+
+    @property
+    def open_share(self) -> float:
+        """Share of the directions from points in the room that meet no surface."""
+        ...
+
+    @property
     def lattice(self) -> bool:
         """Whether images form a lattice, so that closed forms hold: a box alone."""
         ...
@@ -91,6 +101,8 @@ class Shoebox:
     """Lengths along x, y, z [m]. Shape (3,)."""
     surface_names: tuple[str, ...] = field(default=(), init=False)
     report: tuple[str, ...] = field(default=(), init=False)
+    estimates: tuple[str, ...] = field(default=(), init=False)
+    open_share: float = field(default=0.0, init=False)
     lattice: bool = field(default=True, init=False)
     convex: bool = field(default=True, init=False)
     watertight: bool = field(default=True, init=False)

@@ -38,7 +38,7 @@ def equivalent_box(scene: Scene) -> Scene:
 
     Another shape becomes its bounding box scaled to its volume. Each of the six walls
     gets the mean of the surfaces that face its way, so that hard walls opposite each
-    other keep sound as long as in the room itself.
+    other keep sound as long as in the room itself. What is open absorbs on all alike.
     """
     geometry = scene.geometry
     if geometry.lattice:
@@ -50,6 +50,8 @@ def equivalent_box(scene: Scene) -> Scene:
         name: facing @ getattr(scene, name)
         for name in ("absorption", "scattering", "transmission")
     }
+    kept = (1 - geometry.open_share) * (1 - shares["absorption"])
+    shares["absorption"] = 1 - kept
     return replace(scene, geometry=Shoebox(size), walls={}, **shares)
 
 

@@ -291,7 +291,7 @@ class Scene:
     @property
     def remarks(self) -> tuple[str, ...]:
         """Repairs of the geometry, what it leaves open or mirrors only, and `notes`."""
-        told = self.geometry.report
+        told = self.geometry.report + self.geometry.estimates
         names = self.geometry.surface_names
         rough = np.max(self.scattering, axis=1, initial=0.0) > 0
         plain = [
@@ -307,9 +307,9 @@ class Scene:
 
     @property
     def mean_absorption(self) -> FloatArray:
-        """Area-weighted mean absorption per octave, shape (bands,)."""
-        areas = self.geometry.areas
-        return areas @ self.absorption / areas.sum()
+        """Mean absorption of surfaces and openings per octave, shape (bands,)."""
+        areas, lost = self.geometry.areas, self.geometry.open_share
+        return lost + (1 - lost) * (areas @ self.absorption) / areas.sum()
 
     @property
     def speed_of_sound(self) -> float:
@@ -324,6 +324,8 @@ class Scene:
     def eyring_t60(self, *, air: bool = True) -> FloatArray:
         """Return Eyring's reverberation time per octave [s], shape (bands,)."""
         area, volume = self.geometry.areas.sum(), self.geometry.volume
+        # an opening bounds the room as a wall does
+        area = area / max(1 - self.geometry.open_share, 1e-3)
         with np.errstate(divide="ignore"):
             exponent = -area * np.log1p(-self.mean_absorption)
             loss = 4 * volume * self.air_loss if air else 0.0

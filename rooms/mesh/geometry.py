@@ -20,6 +20,7 @@ from rooms.mesh.nearness import distances, lift_off
 from rooms.mesh.pairing import pair_up
 from rooms.mesh.panels import Panels, find_panels
 from rooms.mesh.polygon import cut_ears
+from rooms.mesh.reach import Reach, find_reach
 from rooms.mesh.shell import closed_shell, repairs, signed_volume
 
 __all__ = ["MeshGeometry"]
@@ -245,28 +246,64 @@ class MeshGeometry:
 
     @property
     def areas(self) -> FloatArray:
-        """Area of each surface [m²], shape (surfaces,)."""
+        """Area of each surface that sound reaches [m²], shape (surfaces,).
+
+        In an open mesh both sides of a triangle count, as far as the room lies on them.
+        """
+        return self._areas
+
+    @cached_property
+    def _areas(self) -> FloatArray:
         areas = np.zeros(self.surfaces)
-        np.add.at(areas, self.face_surface, self.face_areas)
+        sides = 1.0 if self.watertight else self.reach.sides.sum(axis=1)
+        np.add.at(areas, self.face_surface, self.face_areas * sides)
         return areas
+
+    @cached_property
+    def reach(self) -> Reach:
+        """What sound reaches of an open mesh: an estimate, see `find_reach`."""
+        tree, panel = self.hierarchy.arrays, self.panels.of_face
+        return find_reach(self.vertices, self.faces, tree, panel)
 
     @property
     def volume(self) -> float:
-        """Volume of the air [m³]; of the convex hull when the mesh has no shell."""
+        """Volume of the air [m³]; about that which sound reaches where no shell is."""
         return self._volume
 
     @cached_property
     def _volume(self) -> float:
-        if not self.watertight and len(self.shell):
+        if self.watertight:
+            return abs(signed_volume(self.corners))
+        if len(self.shell):
             return abs(signed_volume(self.corners[self.shell]))
-        if not self.watertight:
-            from scipy.spatial import ConvexHull, QhullError
+        if self.reach.volume > 0:
+            return self.reach.volume
+        from scipy.spatial import ConvexHull, QhullError
 
-            try:
-                return float(ConvexHull(self.vertices).volume)
-            except QhullError:
-                return 0.0
-        return abs(signed_volume(self.corners))
+        try:
+            # nothing that most directions meet: a wall or two in the open
+            return float(ConvexHull(self.vertices).volume)
+        except QhullError:
+            return 0.0
+
+    @property
+    def open_share(self) -> float:
+        """Share of the directions from points in the room that meet no surface."""
+        return 0.0 if len(self.shell) else self.reach.open_share
+
+    @property
+    def estimates(self) -> tuple[str, ...]:
+        """What is known about the size of an open mesh, in words."""
+        if len(self.shell):
+            return ()
+        reach, area = self.reach, float(self.areas.sum())
+        free = 4 * self.volume / max(area, 1e-9)
+        return (
+            f"sound reaches about {self.volume:.4g} m³ (± {reach.error:.2g}) and"
+            f" {area:.4g} m² of surface, mean free path {free:.2g} m;"
+            f" {100 * reach.open_share:.2g} % of the directions from inside meet"
+            f" nothing, {reach.open_length:.3g} m of edges are free",
+        )
 
     @cached_property
     def shell(self) -> IntArray:

@@ -156,7 +156,8 @@ def mean_strength(
     for k in (0, 1):
         met = losses[row[panels.of_face, k]] * area[:, None, None]
         np.add.at(lost, geometry.face_surface, met)
-    return 1 - lost / np.maximum(geometry.areas, 1e-300)[:, None, None]
+    own = np.bincount(geometry.face_surface, geometry.face_areas, geometry.surfaces)
+    return 1 - lost / np.maximum(own, 1e-300)[:, None, None]
 
 
 def _kinds(rims: Rims, panel: IntArray, side: IntArray) -> tuple[IntArray, IntArray]:

@@ -118,7 +118,7 @@ def test_patches_cover_the_surfaces_once():
             assert len(patches) < 2 * count + 3 * len(room.faces)
     both = MeshGeometry.from_arrays(room.vertices + room.origin, room.faces[:-2])
     open_area = find_patches(both, 300).area.sum()
-    np.testing.assert_allclose(open_area, 2 * both.areas.sum())
+    np.testing.assert_allclose(open_area, 2 * both.face_areas.sum())
 
 
 def test_error_is_honest_and_falls_with_the_rays():
