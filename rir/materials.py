@@ -15,7 +15,8 @@ def load_materials() -> Registry[dict[str, Any]]:
     """Return the material table: name to absorption and scattering per octave.
 
     The octaves are 125 Hz to 8 kHz; sources stand at the top of
-    ``materials.yaml``.
+    ``materials.yaml``. Materials that stand for rows of seats have ``seats``, the
+    fields of `rir.room.SeatRows`.
 
     Examples
     --------

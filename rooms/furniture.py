@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +15,7 @@ from rir.room import WALLS, RoomSpec
 if TYPE_CHECKING:
     from rooms.mesh import MeshGeometry
 
-__all__ = ["Furniture"]
+__all__ = ["Furniture", "furnished_mesh"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,3 +143,11 @@ def _told_apart(names: Sequence[str]) -> tuple[str, ...]:
             free = f"{name} ({count})"
         told.append(free)
     return tuple(told)
+
+
+@lru_cache(maxsize=8)
+def furnished_mesh(
+    pieces: Furniture, size: tuple[float, float, float]
+) -> "MeshGeometry":
+    """Return the mesh of a box with its furniture, made once."""
+    return pieces.mesh(np.array(size))

@@ -52,7 +52,7 @@ def equivalent_box(scene: Scene) -> Scene:
     }
     kept = (1 - geometry.open_share) * (1 - shares["absorption"])
     shares["absorption"] = 1 - kept
-    return replace(scene, geometry=Shoebox(size), walls={}, **shares)
+    return replace(scene, geometry=Shoebox(size), walls={}, seats=(), **shares)
 
 
 @lru_cache(maxsize=64)

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,15 +14,17 @@ from rir.arrays import FloatArray
 from rir.bands import octave_centers
 from rir.errors import SceneError
 from rir.numbers import read_array, read_number, shown
-from rir.room import WALLS, Air
+from rir.room import WALLS, Air, SeatRows
 from rir.walls import WallModel, random_incidence_octaves
-from rooms.furniture import Furniture
+from rooms.furniture import Furniture, furnished_mesh
 from rooms.geometry import Geometry, Shoebox
 from rooms.hardware import Hardware
-from rooms.surfaces import resolve_surfaces, spread_shares, wall_models
-
-if TYPE_CHECKING:
-    from rooms.mesh import MeshGeometry
+from rooms.surfaces import (
+    resolve_seats,
+    resolve_surfaces,
+    spread_shares,
+    wall_models,
+)
 
 __all__ = ["Scene"]
 
@@ -57,6 +59,8 @@ class Scene:
         is that of diffuse sound.
     furniture : Furniture, optional
         Boxes that stand in a box-shaped room; see `furnished`.
+    seats : tuple of SeatRows or None
+        Rows of seats that each surface stands for; empty where none does.
 
     Examples
     --------
@@ -79,6 +83,7 @@ class Scene:
     notes: tuple[str, ...] = ()
     walls: Mapping[int, WallModel] = field(default_factory=dict)
     furniture: Furniture | None = None
+    seats: tuple[SeatRows | None, ...] = ()
 
     def __post_init__(self) -> None:
         read_number(
@@ -108,6 +113,8 @@ class Scene:
                 f"walls maps rows of surfaces (0…{len(rows) - 1}) to models of"
                 f" rir.walls, not {shown(self.walls)}"
             )
+        if len(self.seats) not in (0, len(rows)):
+            raise SceneError(f"seats need SeatRows or None for {len(rows)} surfaces")
         if np.any(self.transmission > self.absorption + 1e-12):
             raise SceneError(
                 "transmission cannot exceed absorption: what passes through a"
@@ -150,14 +157,14 @@ class Scene:
             Name of a wall (or "walls", "all") to a `rir.walls.WallModel`, whose
             absorption of diffuse sound then stands for what is stated for the wall.
         **changes
-            `hardware`, `emitter_speed`, `notes` or `furniture`, see `Scene`.
+            `hardware`, `emitter_speed`, `notes`, `furniture` or `seats`, see `Scene`.
 
         Raises
         ------
         SceneError
             If a length is not positive, or a share or a field is not what it must be.
         """
-        known = ("hardware", "emitter_speed", "notes", "furniture")
+        known = ("hardware", "emitter_speed", "notes", "furniture", "seats")
         unknown = ", ".join(sorted(set(changes) - set(known)))
         if unknown:
             raise SceneError(
@@ -209,6 +216,7 @@ class Scene:
             air=room.air,
             name=room.name,
             furniture=Furniture.of(room),
+            seats=tuple(room.surface(wall).seat_rows for wall in WALLS),
         )
         models = {row: room.surface(wall).wall_model for row, wall in enumerate(WALLS)}
         known = {row: model for row, model in models.items() if model is not None}
@@ -281,8 +289,10 @@ class Scene:
     def of_geometry(geometry: Geometry, materials: Any, **changes: Any) -> "Scene":
         """Return the scene of a mesh geometry with named surfaces."""
         shares = resolve_surfaces(geometry.surface_names, materials)
+        seats = resolve_seats(geometry.surface_names, materials)
         try:
-            return replace(Scene(geometry, *shares[:3], walls=shares[3]), **changes)
+            scene = Scene(geometry, *shares[:3], walls=shares[3], seats=seats)
+            return replace(scene, **changes)
         except TypeError as error:
             raise SceneError(
                 f"no such field of a scene: {', '.join(changes)}; see rooms.Scene"
@@ -360,7 +370,7 @@ def _furnished(scene: Scene) -> Scene:
     pieces = scene.furniture
     if pieces is None:
         return scene
-    geometry = _furnished_mesh(pieces, tuple(map(float, scene.geometry.size)))
+    geometry = furnished_mesh(pieces, tuple(map(float, scene.geometry.size)))
     rows = [[*WALLS, *pieces.names].index(name) for name in geometry.surface_names]
     # sound that passes a piece crosses two of its faces
     shares = [
@@ -375,14 +385,10 @@ def _furnished(scene: Scene) -> Scene:
     walls = {
         rows.index(row): model for row, model in scene.walls.items() if row in rows
     }
-    return replace(scene, geometry=geometry, furniture=None, walls=walls, **named)
-
-
-@lru_cache(maxsize=8)
-def _furnished_mesh(
-    pieces: Furniture, size: tuple[float, float, float]
-) -> "MeshGeometry":
-    return pieces.mesh(np.array(size))
+    standing = [seat and seat.on_floor for seat in scene.seats]
+    seats = tuple(standing[row] if row < len(standing) else None for row in rows)
+    changes = {"furniture": None, "walls": walls, "seats": seats}
+    return replace(scene, geometry=geometry, **changes, **named)
 
 
 _KINDS: dict[str, Any] = {

@@ -13,9 +13,16 @@ from rir.errors import SceneError
 from rir.materials import load_materials
 from rir.numbers import read_array, shown
 from rir.room import WALLS, Surface
+from rir.seats import SeatRows
 from rir.walls import WallModel
 
-__all__ = ["Shares", "resolve_surfaces", "spread_shares", "wall_models"]
+__all__ = [
+    "Shares",
+    "resolve_seats",
+    "resolve_surfaces",
+    "spread_shares",
+    "wall_models",
+]
 
 Shares = tuple[FloatArray, FloatArray, FloatArray, dict[int, WallModel]]
 _ANY = ("all", "default")
@@ -131,9 +138,7 @@ def resolve_surfaces(names: Sequence[str], materials: Any) -> Shares:
             f"materials cannot be {shown(materials)}; give one absorption, a name of"
             " the bundled table, or a mapping from surface to such"
         )
-    by_name: Mapping[Any, Any] = {} if materials is None else {"all": materials}
-    if isinstance(materials, Mapping) and _is_table(names, materials):
-        by_name = materials
+    by_name = _by_name(names, materials)
     if not all(isinstance(name, str) for name in by_name):
         raise SceneError(
             f"surfaces are named by text, not as in {shown(materials)}; the mesh has"
@@ -164,6 +169,32 @@ def resolve_surfaces(names: Sequence[str], materials: Any) -> Shares:
         np.array([one.transmission_per_band for one in rows]),
         {row: wall for row, wall in walls.items() if wall is not None},
     )
+
+
+def resolve_seats(names: Sequence[str], materials: Any) -> tuple[SeatRows | None, ...]:
+    """Return the rows of seats that each surface stands for, None where it does not.
+
+    Parameters
+    ----------
+    names, materials
+        As `resolve_surfaces` has accepted them.
+
+    Examples
+    --------
+    >>> seats = resolve_seats(["stalls", "floor"], {"stalls": {
+    ...     "absorption": 0.6, "seats": True}, "all": 0.1})
+    >>> [rows and rows.back_m for rows in seats]
+    [0.8, None]
+    """
+    by_name = _by_name(names, materials)
+    found = (_surface(name, _find(name, by_name)) for name in names)
+    return tuple(surface.seat_rows for surface in found)
+
+
+def _by_name(names: Sequence[str], materials: Any) -> Mapping[Any, Any]:
+    if isinstance(materials, Mapping) and _is_table(names, materials):
+        return materials
+    return {} if materials is None else {"all": materials}
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -18,6 +18,7 @@ from rooms.effects.motion import MOTION
 from rooms.effects.panels import PANELS
 from rooms.effects.patterns import PATTERNS
 from rooms.effects.scattering import SCATTERING
+from rooms.effects.seats import SEATS
 from rooms.effects.specular import SPECULAR
 from rooms.effects.transmission import TRANSMISSION
 from rooms.effects.walls import WALLS
@@ -29,6 +30,7 @@ _ORDER = (
     PATTERNS,
     WALLS,
     SCATTERING,
+    SEATS,
     PANELS,
     AIR,
     DIRECT,

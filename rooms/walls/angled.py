@@ -5,12 +5,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rir.arrays import FloatArray
+from rir.arrays import ComplexArray, FloatArray
 from rir.walls import WallModel, octave_frequencies, pressure_factor
 from rooms.reflection import ECHO_FREQUENCIES, Bounces, Reflection, Spectra
 from rooms.walls.spherical import spherical_factor
 
-__all__ = ["AngledWalls"]
+__all__ = ["AngledWalls", "octave_factors"]
 
 _LEAST = 1e-6
 """Pressure factors of octaves are no smaller, -120 dB: others are divided by them."""
@@ -50,7 +50,7 @@ class AngledWalls:
                 factor[single] = spherical_factor(
                     wall, ECHO_FREQUENCIES, *ways, self.speed_of_sound
                 )
-                pressure[single] = self._octaves(factor[single])
+                pressure[single] = octave_factors(factor[single], self.bands)
         if not listed:
             return replace(reflection, pressure=pressure)
         angled = np.isin(bounces.surface, list(self.walls)) & (bounces.panel >= 0)
@@ -68,12 +68,23 @@ class AngledWalls:
         signed = np.where(np.mean(factor.real, axis=-1) < 0, -size, size)
         return signed[place]
 
-    def _octaves(self, factor: FloatArray) -> FloatArray:
-        """Return signed factors per octave of spectra (n, frequencies)."""
-        distance = np.abs(np.log2(ECHO_FREQUENCIES / self.bands[:, None]))
-        # an impulse has as much energy as an octave has hertz
-        weight = np.where(distance <= 0.5, ECHO_FREQUENCIES, 0.0)
-        weight /= weight.sum(axis=1, keepdims=True)
-        size = np.sqrt(np.abs(factor) ** 2 @ weight.T)
-        sign = np.where(factor.real @ weight.T < 0, -1.0, 1.0)
-        return sign * np.maximum(size, _LEAST)
+
+def octave_factors(factor: ComplexArray, bands: FloatArray) -> FloatArray:
+    """Return signed factors per octave of spectra at `ECHO_FREQUENCIES`.
+
+    The root of the mean energy, with the sign of the mean.
+
+    Parameters
+    ----------
+    factor : ndarray of complex, shape (n, frequencies)
+        Factors of the pressure.
+    bands : ndarray, shape (bands,)
+        Octave centres [Hz].
+    """
+    distance = np.abs(np.log2(ECHO_FREQUENCIES / bands[:, None]))
+    # an impulse has as much energy as an octave has hertz
+    weight = np.where(distance <= 0.5, ECHO_FREQUENCIES, 0.0)
+    weight /= weight.sum(axis=1, keepdims=True)
+    size = np.sqrt(np.abs(factor) ** 2 @ weight.T)
+    sign = np.where(factor.real @ weight.T < 0, -1.0, 1.0)
+    return sign * np.maximum(size, _LEAST)
