@@ -202,7 +202,14 @@ def faces_of(size: tuple) -> Faces:
     before, after = (np.array([place[k] for place in PLACES]) for k in (2, 3))
     ends = np.ones((len(PLACES), 2, 2))
     return Faces(
-        np.array(ways), before, after, -half - points, half - points, 2 * ends, ends
+        np.array(ways),
+        before,
+        after,
+        -half - points,
+        half - points,
+        2 * ends,
+        ends,
+        np.inf * ends,
     )
 
 

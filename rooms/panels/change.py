@@ -167,7 +167,9 @@ def _kinds(rims: Rims, panel: IntArray, side: IntArray) -> tuple[IntArray, IntAr
     ends = [
         part[panel, side].reshape(len(panel), 4) for part in (rims.bend, rims.passage)
     ]
-    traits = np.round(2 * np.concatenate([size, *ends], axis=1))
+    gap = rims.gap[panel, side].reshape(len(panel), 4)
+    gap = np.where(np.isfinite(gap), np.log2(np.maximum(gap, 1e-3)), 10.0)
+    traits = np.round(2 * np.concatenate([size, *ends, gap], axis=1))
     kinds, kind = np.unique(traits, axis=0, return_inverse=True)
     kind = kind.ravel()
     area = np.bincount(kind, rims.area[panel], len(kinds))
@@ -223,4 +225,5 @@ def _faces(
         rims.high[panel, side] - place,
         rims.bend[panel, side],
         rims.passage[panel, side],
+        rims.gap[panel, side],
     )

@@ -68,6 +68,7 @@ def find_borders(geometry: MeshGeometry) -> Borders:
     bend = np.minimum(np.abs(copies * opening - np.pi), np.pi / 2)
     # pressure at the edge of a wedge over that on a wall: 2 pi / opening - 1 more
     passage = np.where(opening > np.pi, 2 - 2 * np.pi / opening, 0.0)
+    passage *= np.sin(bend) ** 2
     mirrored = (copies % 2 == 0).astype(float)
     return Borders(panel[rows], length[rows], -into[rows], bend, passage, mirrored)
 

@@ -13,15 +13,23 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from rir.arrays import FloatArray
+from rir.arrays import FloatArray, IntArray
 from rooms.mesh import MeshGeometry
 from rooms.panels.edges import Borders, find_borders
+from rooms.panels.gaps import find_gaps
 
 __all__ = ["Rims", "rims_of"]
 
 _JOINED = 1e-3
 """Angle [rad] up to which what follows counts as in the plane: over a hundred metres a
 wave of 8 kHz notices it."""
+
+
+_SLIGHT = 0.1
+"""Bend [rad] that takes no more than 1 % of what a rim takes."""
+
+_BLUNT, _THIN = 0.5, 0.9
+"""Passage of edges that open more than 240 and 327 degrees: jambs, and rims."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,12 +43,12 @@ class Rims:
     Parameters
     ----------
     axes : ndarray, shape (P, 2, 3)
-        Unit vectors along the sides.
+        Unit vectors along the sides; zero where a panel ends nowhere.
     center : ndarray, shape (P, 3)
         Middle of each rectangle, relative to the origin of the mesh [m].
     low, high : ndarray, shape (P, 2, 2)
         Ends along both axes from the middle [m]; infinite where the panel goes on.
-    bend, passage : ndarray, shape (P, 2, 2, 2)
+    bend, passage, gap : ndarray, shape (P, 2, 2, 2)
         What follows at each end (low, high) of each axis, see `Faces`.
     area : ndarray, shape (P,)
         Area of each panel [m²].
@@ -54,13 +62,14 @@ class Rims:
     high: FloatArray
     bend: FloatArray
     passage: FloatArray
+    gap: FloatArray
     area: FloatArray
     met: NDArray[np.bool_]
 
     @property
     def limited(self) -> NDArray[np.bool_]:
         """Whether sound meets a panel on a side and finds an end, shape (P, 2)."""
-        return np.any(self.bend > _JOINED, axis=(2, 3)) & self.met
+        return np.any(self.bend > _SLIGHT, axis=(2, 3)) & self.met
 
 
 @lru_cache(maxsize=16)
@@ -68,23 +77,32 @@ def rims_of(geometry: MeshGeometry) -> Rims:
     """Return the rectangles of all panels, found once per room."""
     panels = geometry.panels
     count = len(panels)
-    axes, center, half = _rectangles(geometry)
-    bend, passage, mirrored = _ends(find_borders(geometry), axes, count)
+    borders = find_borders(geometry)
+    ended = np.unique(borders.panel[np.any(borders.bend > _SLIGHT, axis=1)])
+    axes, center, half = _rectangles(geometry, ended)
+    bend, passage, mirrored = _ends(borders, axes, count)
+    # between thin reflectors in a row the air moves as around each one alone
+    blunt = (passage > _BLUNT) & (passage <= _THIN)
+    gap = find_gaps(panels, axes, center, half, np.asarray(blunt.any(axis=(1, 2, 3))))
+    gap = np.where(blunt, gap, np.inf)
+    passage = np.where(np.isfinite(gap), 0.0, passage)
     low = np.broadcast_to(-half[:, None], (count, 2, 2)).copy()
     high = -low
-    _unfold(low, high, bend, passage, mirrored)
+    _unfold(low, high, (bend, passage, gap), mirrored)
     area = np.zeros(count)
     np.add.at(area, panels.of_face, geometry.face_areas)
     met = np.stack([np.ones(count, dtype=bool), ~panels.sided], axis=1)
-    return Rims(axes, center, low, high, bend, passage, area, met)
+    return Rims(axes, center, low, high, bend, passage, gap, area, met)
 
 
-def _rectangles(geometry: MeshGeometry) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return axes, middles and half sides of equivalent rectangles."""
+def _rectangles(
+    geometry: MeshGeometry, ended: IntArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return axes, middles and half sides of rectangles; nothing of endless panels."""
     panels = geometry.panels
-    axes = np.empty((len(panels), 2, 3))
-    center, half = np.empty((len(panels), 3)), np.empty((len(panels), 2))
-    for panel in range(len(panels)):
+    axes = np.zeros((len(panels), 2, 3))
+    center, half = np.zeros((len(panels), 3)), np.ones((len(panels), 2))
+    for panel in ended:
         first, last = panels.face_start[panel : panel + 2]
         faces = panels.faces[first:last]
         hull = panels.hull[slice(*panels.hull_start[panel : panel + 2])]
@@ -134,14 +152,14 @@ def _ends(
 def _unfold(
     low: FloatArray,
     high: FloatArray,
-    bend: FloatArray,
-    passage: FloatArray,
+    ends: tuple[FloatArray, FloatArray, FloatArray],
     mirrored: FloatArray,
 ) -> None:
     """Extend panels, in place, to where they end with what continues them.
 
     The image of a face in its neighbour is as wide as the face, and ends as it does.
     """
+    bend, passage, gap = ends
     width = high - low
     joined = bend <= _JOINED
     both = joined.all(axis=3)
@@ -150,10 +168,11 @@ def _unfold(
         alone = joined[..., end] & ~joined[..., other]
         image = alone & (mirrored[..., end] > 0.5)
         reach[image] += outward * width[image]
-        for values in (bend, passage):
+        for values in ends:
             values[image, end] = values[image, other]
         reach[(alone & ~image) | both] = outward * np.inf
     # what goes on for ever has no end to lose sound at
     for end, reach in ((0, low), (1, high)):
         endless = np.isinf(reach)
         bend[endless, end] = passage[endless, end] = 0.0
+        gap[endless, end] = np.inf

@@ -50,6 +50,9 @@ class Faces:
         the plane [rad]; from a right angle on, nothing follows.
     passage : ndarray, shape (n, 2, 2)
         How freely sound passes around each end, 0…1: 1 around the rim of a thin plate.
+    gap : ndarray, shape (n, 2, 2)
+        Width of the gap behind each end after which another face goes on in the same
+        plane [m]; infinite where none does.
     """
 
     way: FloatArray
@@ -59,6 +62,7 @@ class Faces:
     high: FloatArray
     bend: FloatArray
     passage: FloatArray
+    gap: FloatArray
 
     def __len__(self) -> int:
         return len(self.before)
@@ -189,30 +193,71 @@ def _edge(
     reach = (faces.low, faces.high)[end][:, side]
     outward = -1.0 if end == 0 else 1.0
     reach = np.where(np.isfinite(reach), reach, outward)
-    (one, across), (two, beyond) = (_length(p, side, reach) for p in (here, there))
     cosine = np.maximum(-faces.way[:, 2], _SLIGHTEST)
     sines = np.minimum(faces.way[:, :2] ** 2, 1 - _SLIGHTEST)
     skew = cosine / np.sqrt(np.prod(1 - sines, axis=1))
-    detour = np.maximum(one + two - faces.before - faces.after, 0.0) * skew
+    detour = _detour(faces.before, faces.after, here, there, side, reach) * skew
     edge = np.sqrt(np.outer(detour, wave))
-    # in the mean over the frequencies that each one stands for, long detours fade
+    turn = _turn(detour, wave, cell)
+    # what follows at an angle goes on with the integral, at a phase that runs ahead
+    curve = skew * (1 - sines[:, side]) * (1 / faces.before + 1 / faces.after) / 2
+    bend = np.minimum(faces.bend[:, side, end], np.pi / 2 - _SLIGHTEST)
+    ahead = np.sqrt(wave) * (cosine * np.tan(bend) / np.sqrt(curve))[:, None]
+    lost = turn * (_beyond(edge) - _beyond(edge + ahead))
+    # and what goes astray at a slight bend goes where the neighbour mirrors it
+    lost *= np.sin(bend)[:, None] ** 2
+    # seen from beyond an edge all is lost but what the face still sends there
+    inside = (outward * reach >= 0)[:, None]
+    lost = np.where(inside, lost, 1 - turn * _beyond(edge))
+    more = np.nonzero(np.isfinite(faces.gap[:, side, end]))[0]
+    if len(more):
+        resumed = reach[more] + outward * faces.gap[more, side, end]
+        parts = faces.before[more], faces.after[more]
+        far = _detour(*parts, here[more], there[more], side, resumed) * skew[more]
+        again = _turn(far, wave, cell) * _beyond(np.sqrt(np.outer(far, wave)))
+        lost[more] -= again
+    return lost, turn * _sent(here, there, side, reach, outward, wave)
+
+
+def _detour(
+    before: FloatArray,
+    after: FloatArray,
+    here: FloatArray,
+    there: FloatArray,
+    side: int,
+    reach: FloatArray,
+) -> FloatArray:
+    """Return how much longer the way over the foot on an edge is [m]."""
+    way = sum(_length(end, side, reach)[0] for end in (here, there))
+    return np.maximum(way - before - after, 0.0)
+
+
+def _turn(detour: FloatArray, wave: FloatArray, cell: FloatArray) -> ComplexArray:
+    """Return the phases of detours.
+
+    In the mean over the frequencies that each one stands for, those of long ones fade.
+    """
     turn = np.exp(1j * np.outer(detour, wave))
     turn *= np.sinc(np.outer(detour, cell) / (2 * np.pi))
+    return turn
+
+
+def _sent(
+    here: FloatArray,
+    there: FloatArray,
+    side: int,
+    reach: FloatArray,
+    outward: float,
+    wave: FloatArray,
+) -> ComplexArray:
+    """Return what an edge sends besides: the direct term of the half-plane."""
+    (one, across), (two, beyond) = (_length(p, side, reach) for p in (here, there))
     angles = [
         np.arctan2(p[:, 2], -outward * (p[:, side] - reach)) for p in (here, there)
     ]
     spread = across * beyond / (one + two)
     light = np.sqrt(2 * np.outer(spread, wave))
-    light *= np.cos((angles[0] - angles[1]) / 2)[:, None]
-    # what follows at an angle goes on with the integral, at a phase that runs ahead
-    curve = skew * (1 - sines[:, side]) * (1 / faces.before + 1 / faces.after) / 2
-    bend = np.minimum(faces.bend[:, side, end], np.pi / 2 - _SLIGHTEST)
-    ahead = np.sqrt(wave) * (cosine * np.tan(bend) / np.sqrt(curve))[:, None]
-    inside = (outward * reach >= 0)[:, None]
-    lost = turn * (_beyond(edge) - _beyond(edge + ahead))
-    # seen from beyond an edge all is lost but what the face still sends there
-    lost = np.where(inside, lost, 1 - turn * _beyond(edge))
-    return lost, turn * _beyond(light)
+    return _beyond(light * np.cos((angles[0] - angles[1]) / 2)[:, None])
 
 
 def _beyond(x: FloatArray) -> ComplexArray:

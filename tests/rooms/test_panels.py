@@ -1,10 +1,13 @@
 """Faces of limited size: limits, closed forms, and boundary elements of plates."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from rir import Pose, Poses
 from rooms import Scene, simulate
+from rooms.builtin import load_scene
 from rooms.diffraction import diffracted_paths
 from rooms.effects import EFFECTS, Tolerance
 from rooms.mesh import MeshGeometry
@@ -35,6 +38,7 @@ def faces(size, angle=0.0, before=5.0, after=5.0, offset=(0, 0), passage=1.0, tu
         half - place,
         np.pi / 2 * whole,
         passage * whole,
+        np.inf * whole,
     )
 
 
@@ -158,15 +162,27 @@ def test_faces_in_one_plane_are_one_and_corners_unfold():
     assert sorted(np.round(spans, 6).tolist()) == [2, 3]
 
 
+def test_a_wall_goes_on_behind_a_doorway():
+    narrow, distant, none = (
+        mirror_strength(replace(wall, gap=np.full((1, 2, 2), gap)), OCTAVES, C)[0]
+        for wall in [faces((1.5, 60), passage=0.0)]
+        for gap in (0.01, 1e4, np.inf)
+    )
+    assert narrow == pytest.approx(np.ones(7), abs=0.1)
+    assert distant == pytest.approx(none, abs=0.01)
+    assert none[0] < 0.5
+    # two rooms joined by a doorway 0.9 m wide: four walls beside it go on behind it
+    joined = load_scene("coupled").geometry.mesh
+    gap = rims_of(joined).gap[:, 0]
+    walls = np.isfinite(gap).any(axis=(1, 2))
+    assert np.count_nonzero(walls) == 4
+    assert gap[np.isfinite(gap)] == pytest.approx(0.9)
+
+
 def test_a_bent_wall_loses_little_where_its_bend_is_slight():
     whole, slight, steep = (
         mirror_strength(
-            Faces(
-                **{
-                    **vars(faces((1, 20), passage=0.0)),
-                    "bend": np.full((1, 2, 2), bend),
-                }
-            ),
+            replace(faces((1, 20), passage=0.0), bend=np.full((1, 2, 2), bend)),
             OCTAVES,
             C,
         )[0]
