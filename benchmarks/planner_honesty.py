@@ -243,12 +243,12 @@ def measure(
     return found, took
 
 
-def warm(scene: Scene, names: Sequence[str]) -> None:
+def warm(scene: Scene, rate: int, *plans: EffectPlan) -> None:
     """Compile, and build what a scene keeps, so that neither plan pays for it."""
     places = random_places(scene, 2, np.random.default_rng(0))
-    simulate(
-        scene, places[:1], places[1:], sample_rate=1000, duration=0.05, effects=names
-    )
+    for plan in plans:
+        options = {"sample_rate": rate, "duration": 0.05, "plan": plan}
+        simulate(scene, places[:1], places[1:], **options)
 
 
 def compare(seed: int, shape: str, wide: bool = False) -> dict[str, Any]:
@@ -262,7 +262,7 @@ def compare(seed: int, shape: str, wide: bool = False) -> dict[str, Any]:
     never = (*ALWAYS_OFF, *(BOX_ONLY if shape == "box" else ()))
     names = [name for name in EFFECTS if name not in never]
     full = plan_effects(scene, **options, only=names)
-    warm(scene, names)
+    warm(scene, rate, chosen, full)
     rich, rich_s = measure(scene, full, rate, duration, seed)
     lean, lean_s = measure(scene, chosen, rate, duration, seed)
     with np.errstate(invalid="ignore", divide="ignore"):

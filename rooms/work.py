@@ -8,6 +8,7 @@ import numpy as np
 from rir.arrays import FloatArray
 from rir.errors import SceneError
 from rooms.effects import EFFECTS, Tolerance
+from rooms.effects.scattering import scattered_share
 from rooms.effort import decay_parameters, sampling_errors
 from rooms.energy_flow import energy_flow
 from rooms.places import random_places
@@ -16,9 +17,9 @@ from rooms.sound import Budget, Sound, Work
 
 __all__ = ["choose_work"]
 
-_RAYS_SHARE = 0.3
+_RAYS_SHARE = 0.2
 """What part of the tolerance the rays' chance may take, as a standard error: the worst
-octave of a few pairs strays by three of them (benchmarks/planner_honesty)."""
+octave of a few pairs strays by five of them (benchmarks/planner_honesty)."""
 
 _IMAGES_SHARE = 0.06
 """What part of the tolerance waves in place of images may take. Their error is that of
@@ -98,6 +99,11 @@ def _rays(
     if budget.rays is not None or "late" not in on:
         return None
     errors = _trial(scene, budget.sample_rate, budget.n_samples, budget.max_order, on)
+    # the end of a decay that mirrors carry comes by few rays, which a trial misses
+    share = scattered_share(scene, budget) if "scattering" in on else 0.0
+    few = max(share, _FEWEST_RAYS / _MOST_RAYS) ** -0.5
+    for kind in ("reverberation_percent", "early_decay_percent"):
+        errors = errors | {kind: few * errors.get(kind, 0.0)}
     wanted = _PILOT_RAYS * _excess(errors, tolerance, _RAYS_SHARE) ** 2
     return int(np.clip(wanted, _FEWEST_RAYS, _MOST_RAYS))
 
