@@ -25,7 +25,7 @@ def main() -> None:
     here, there = Pose.at(1, 4, 1.2, yaw_deg=-60), Pose.at(5, 1, 1.4)
     options = {"sample_rate": 16000, "duration": 0.3, "rays": 2000}
     forward = simulate(scene, here, there, **options)
-    print("estimated error of C50:", round(forward.errors["clarity_db"], 3), "dB")
+    print("standard error of C50:", round(forward.errors["clarity_db"], 3), "dB")
 
     unfair = simulate(scene, there, here, **options).responses
     fair = simulate(swapped, there, here, **options).responses

@@ -152,7 +152,7 @@ def _carry_out(
     out: Path | None,
 ) -> None:
     """Explain, measure the cost, or simulate, show and write."""
-    from rooms.display import describe_scene, error_line, parameter_table, plan_table
+    from rooms.display import describe_scene, error_lines, parameter_table, plan_table
     from rooms.plan import plan_effects
     from rooms.simulation import simulate
 
@@ -170,7 +170,8 @@ def _carry_out(
         return
     result = simulate(scene, *places, **options, **effort, plan=plan)
     console.out(f"effects: {', '.join(plan.on)}")
-    console.out(error_line(result))
+    for line in error_lines(result):
+        console.out(line)
     shape = "emitters x listeners x samples"
     console.out(f"{result.responses.shape} responses ({shape}), SIMULATED")
     if parameters:

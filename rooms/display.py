@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = [
     "cost_table",
     "describe_scene",
-    "error_line",
+    "error_lines",
     "parameter_table",
     "plan_table",
 ]
@@ -55,18 +55,32 @@ def plan_table(plan: EffectPlan) -> "Table":
     return table
 
 
-def error_line(result: "Simulation") -> str:
-    """Return the estimated error of a result in one line."""
-    if not any(result.errors.values()):
-        return "estimated error: none by chance (no rays were traced)"
-    words = {
-        "level_db": "level {:.2g} dB",
-        "clarity_db": "C50 {:.2g} dB",
-        "reverberation_percent": "T60 {:.2g} %",
-        "early_decay_percent": "EDT {:.2g} %",
-    }
-    parts = [words[k].format(v) for k, v in result.errors.items() if k in words]
-    return f"estimated error (1 sigma, worst octave): {', '.join(parts)}"
+_ERROR_WORDS = {
+    "level_db": "level {:.2g} dB",
+    "clarity_db": "C50 {:.2g} dB",
+    "reverberation_percent": "T60 {:.2g} %",
+    "early_decay_percent": "EDT {:.2g} %",
+}
+
+
+def error_lines(result: "Simulation") -> list[str]:
+    """Return the standard errors of a result: together, then cause by cause."""
+    causes = [
+        f"  {cause}: {_error_words(errors)}"
+        for cause, errors in result.error_parts.items()
+        if any(errors.values())
+    ]
+    head = "standard error (worst octave), all causes together"
+    return [f"{head}: {_error_words(result.errors)}", *causes]
+
+
+def _error_words(errors: dict[str, float]) -> str:
+    parts = [
+        words.format(errors[kind])
+        for kind, words in _ERROR_WORDS.items()
+        if errors.get(kind, 0.0) > 0
+    ]
+    return ", ".join(parts) or "none predicted"
 
 
 def cost_table(curve: CostCurve) -> "Table":

@@ -18,8 +18,10 @@ from rir.optional import require
 from rooms.builtin import load_scene
 from rooms.layout import Block, Layout, paper_layout, with_gains
 from rooms.plan import EffectPlan, plan_effects
+from rooms.request import make_budget
 from rooms.scene import Scene
 from rooms.simulation import simulate
+from rooms.stated_errors import stated_errors
 
 __all__ = ["Recipe", "make_dataset"]
 
@@ -99,6 +101,16 @@ class PreparedRecipe:
     scene: Scene
     layout: Layout
     plan: EffectPlan
+
+    @property
+    def errors(self) -> dict[str, dict[str, float]]:
+        """Standard errors by cause and kind, but for the chance of rays."""
+        recipe = self.recipe
+        budget = make_budget(
+            recipe.sample_rate, recipe.duration, recipe.max_order, recipe.rays
+        )
+        parts = stated_errors(self.scene, self.plan, budget, {})
+        return {cause: part for cause, part in parts.items() if cause != "sampling"}
 
     def responses(self, block: Block) -> NDArray[np.float32]:
         """Return the responses of one block, shape (listeners, n_samples)."""
@@ -241,7 +253,7 @@ def _join(
         simulated=True,
         session=f"{bench.scene.name}-{recipe.key}",
         room_name=bench.scene.name,
-        metadata={"recipe": vars(recipe), "effects": plan},
+        metadata={"recipe": vars(recipe), "effects": plan, "error_parts": bench.errors},
         emitter_gain=layout.emitter_gain,
         listener_gain=layout.listener_gain,
     ) as out:

@@ -63,6 +63,7 @@ def predict_parameters(
     scattering: bool = True,
     air: bool = True,
     reflections: bool = True,
+    until: float = np.inf,
 ) -> Parameters:
     """Predict the parameters of a typical pair of places, with effects on or off.
 
@@ -74,6 +75,8 @@ def predict_parameters(
         Length of the response [s].
     scattering, air, reflections : bool
         What is in force.
+    until : float
+        When the response ends, if sooner [s].
     """
     box = equivalent_box(scene)
     times = (np.arange(_STEPS) + 0.5) * duration / _STEPS
@@ -81,6 +84,7 @@ def predict_parameters(
     energy = (flow.images + flow.scattered) * duration / _STEPS
     distance = max(0.4 * float(np.cbrt(box.geometry.volume)), 1e-3)
     energy[times < distance / box.speed_of_sound] = 0.0
+    energy[times > until] = 0.0
     if not reflections:
         energy[:] = 0.0
     direct = np.full(energy.shape[1], 1 / distance**2)

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from rooms.plan import EffectPlan, plan_effects
 from rooms.request import check_effort, check_kind, make_budget, make_seed
 from rooms.scene import Scene
 from rooms.sound import Budget, Sound
+from rooms.stated_errors import stated_errors, together
 
 __all__ = ["Simulation", "simulate"]
 
@@ -30,19 +32,43 @@ class Simulation:
         Samples per second [Hz].
     plan : EffectPlan
         Which effects were on, and why.
-    errors : dict
-        Estimated standard errors by kind ("clarity_db", "reverberation_percent",
-        "early_decay_percent", "level_db"), mean over pairs, worst octave; 0 where
-        nothing random was involved.
+    sampling : dict
+        Standard errors by chance alone, by kind: mean over pairs, worst octave.
     rays : int or None
         Rays traced per pair; None for none, or the default number.
+    scene : Scene, optional
+        What was simulated.
+    budget : Budget, optional
+        Length, order, rays.
     """
 
     responses: FloatArray
     sample_rate: int
     plan: EffectPlan
-    errors: dict[str, float] = field(default_factory=dict)
+    sampling: dict[str, float] = field(default_factory=dict)
     rays: int | None = None
+    scene: Scene | None = None
+    budget: Budget | None = None
+
+    @cached_property
+    def error_parts(self) -> dict[str, dict[str, float]]:
+        """Standard errors by cause and kind; see `rooms.stated_errors`.
+
+        Causes are independent; `errors` takes them together. They are predicted when
+        they are first asked for.
+        """
+        if self.scene is None or self.budget is None:
+            return {"sampling": together([self.sampling])}
+        return stated_errors(self.scene, self.plan, self.budget, self.sampling)
+
+    @property
+    def errors(self) -> dict[str, float]:
+        """Standard errors of the parameters by kind, all causes together.
+
+        "level_db", "clarity_db", "reverberation_percent", "early_decay_percent", in
+        the octave where each is worst.
+        """
+        return together(self.error_parts.values())
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> FloatArray:
         return np.array(self.responses, dtype=dtype, copy=copy)
@@ -85,8 +111,8 @@ def simulate(
     effects : sequence of str, optional
         Exactly these effects; the planner chooses when left out.
     accuracy : str or mapping, optional
-        Stop tracing rays when the estimated errors are below these, as in
-        ``"C50 0.1 dB, T60 1 %"``. Scenes without rays are exact as they are.
+        How exact it must be, as in ``"C50 0.1 dB, T60 1 %"``: the tolerance of the
+        plan, and rays are traced until their chance errors are below.
     seconds : float, optional
         Processor time to spend on rays [s]; the most accurate result that fits.
     rng : numpy.random.Generator, optional
@@ -148,7 +174,9 @@ def simulate(
         run(budget)
     else:
         budget = target.pursue(budget, run)
-    return Simulation(run.responses, sample_rate, plan, run.errors, budget.rays)
+    rays = budget.rays or plan.work.rays
+    made = run.responses, sample_rate, plan, run.errors
+    return Simulation(*made, rays, scene, budget)
 
 
 class _Run:

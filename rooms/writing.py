@@ -49,11 +49,20 @@ def _plan(result: Simulation) -> dict[str, Any]:
     }
 
 
+def _story(result: Simulation) -> dict[str, Any]:
+    return {
+        "plan": _plan(result),
+        "errors": result.errors,
+        "error_parts": result.error_parts,
+        "rays": result.rays,
+    }
+
+
 def _write_arrays(
     result: Simulation, scene: Scene, places: tuple[Poses, Poses], path: Path
 ) -> Path:
     path.parent.mkdir(parents=True, exist_ok=True)
-    story = {"plan": _plan(result), "errors": result.errors, "rays": result.rays}
+    story = _story(result)
     np.savez_compressed(
         path,
         responses=result.responses,
@@ -83,7 +92,7 @@ def _write_dataset(
         n_samples=rows.shape[1],
         simulated=True,
         room_name=scene.name,
-        metadata={"plan": _plan(result), "errors": result.errors, "rays": result.rays},
+        metadata=_story(result),
         emitter_gain=scene.emitter_gain,
         listener_gain=scene.listener_gain,
     ) as out:

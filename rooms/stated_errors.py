@@ -1,0 +1,191 @@
+"""What a simulation's parameters may be wrong by: chance, work, effects off, data."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rooms.effects import Tolerance
+from rooms.effects.handover import missing_energy
+from rooms.geometry import Shoebox
+from rooms.plan import EffectPlan, plan_effects
+from rooms.predict import differences, equivalent_box, predict_parameters
+from rooms.scene import Scene
+from rooms.sound import Budget
+from rooms.work import images_error
+
+__all__ = ["ERROR_KINDS", "stated_errors", "together"]
+
+ERROR_KINDS: tuple[str, ...] = (
+    "level_db",
+    "clarity_db",
+    "reverberation_percent",
+    "early_decay_percent",
+)
+
+_ABSORPTION, _ABSORPTION_LEAST = 0.1, 0.01
+"""Standard error of an absorption coefficient, as a share of it and at least: so far do
+laboratories stray that measure one specimen after ISO 354 (ISO 12999-2:2020), and
+tables of materials further."""
+
+_SCATTERING = 0.05
+"""Standard error of a scattering coefficient: the step in which they are tabulated
+(ISO 17497-1:2004, annex A, states errors of that size)."""
+
+_OPEN_VOLUME = 0.1
+"""Standard error of the volume of an open mesh, as a share: where the missing surfaces
+would stand is a guess."""
+
+_UNTOLD = 100.0
+"""Percent for a decay that the response is too short to tell."""
+
+_MOST_MATERIALS = 6
+"""Materials whose errors are told apart; those of the others stray as one."""
+
+
+def together(parts: Iterable[Mapping[str, float]]) -> dict[str, float]:
+    """Return independent standard errors taken together: the root of summed squares.
+
+    Examples
+    --------
+    >>> together([{"level_db": 0.3}, {"level_db": 0.4}])["level_db"]
+    0.5
+    """
+    total: dict[str, float] = dict.fromkeys(ERROR_KINDS, 0.0)
+    for part in parts:
+        for kind, error in part.items():
+            if kind in total and np.isfinite(error):
+                total[kind] = float(np.hypot(total[kind], error))
+    return total
+
+
+def stated_errors(
+    scene: Scene, plan: EffectPlan, budget: Budget, sampling: Mapping[str, float]
+) -> dict[str, dict[str, float]]:
+    """Return standard errors of the parameters by cause and kind.
+
+    Parameters
+    ----------
+    scene : Scene
+        What was simulated.
+    plan : EffectPlan
+        Effects that were on, and how finely.
+    budget : Budget
+        Length, order and rays.
+    sampling : mapping
+        Standard errors by chance, from the rays themselves.
+
+    Returns
+    -------
+    dict
+        "sampling": rays; "order": reflections that are listed no longer, or lost;
+        "length": what comes after the end of the response; "left off": effects that
+        are off, as predicted by the planner; "wall data": absorption and scattering,
+        whose own errors are guessed from those of laboratories; "volume": that of an
+        open mesh. Each maps kinds ("level_db", "clarity_db",
+        "reverberation_percent", "early_decay_percent") to the worst octave.
+
+    References
+    ----------
+    ISO 12999-2:2020 and ISO 17497-1:2004, for the errors of wall data.
+    """
+    return {
+        "sampling": together([sampling]),
+        "order": together([_order(scene, plan, budget)]),
+        "length": together([_length(scene, budget)]),
+        "left off": together(_left_off(scene, plan, budget)),
+        "wall data": together(_wall_data(scene, budget)),
+        "volume": together(_volume(scene, budget)),
+    }
+
+
+def _heard(scene: Scene, budget: Budget) -> NDArray[np.bool_]:
+    return scene.bands < budget.sample_rate / 2
+
+
+def _order(scene: Scene, plan: EffectPlan, budget: Budget) -> dict[str, float]:
+    """Return what waves in place of images change, or orders left out."""
+    if "specular" not in plan.on:
+        return {}
+    if "late" not in plan.on:
+        return missing_energy(scene, budget)
+    if not scene.geometry.lattice or budget.rays is not None:
+        return {}  # rays carry on exactly, but for their chance
+    free = 4 * scene.geometry.volume / scene.geometry.areas.sum()
+    order = np.inf if budget.max_order is None else budget.max_order
+    until = min(order * free / scene.speed_of_sound, plan.work.images_until)
+    return images_error(scene, budget, until) if until < budget.duration else {}
+
+
+def _length(scene: Scene, budget: Budget) -> dict[str, float]:
+    """Return what the end of the response changes against a whole decay."""
+    whole = max(1.2 * float(scene.eyring_t60().max()), budget.duration)
+    if whole <= budget.duration:
+        return {}
+    heard = _heard(scene, budget)
+    full = predict_parameters(scene, whole)
+    cut = predict_parameters(scene, whole, until=budget.duration)
+    errors = differences(full, cut, heard)
+    for kind, one, other in (
+        ("reverberation_percent", full.reverberation, cut.reverberation),
+        ("early_decay_percent", full.early_decay, cut.early_decay),
+    ):
+        if np.any(np.isfinite(one) & ~np.isfinite(other) & heard):
+            errors[kind] = _UNTOLD
+    return errors
+
+
+def _left_off(scene: Scene, plan: EffectPlan, budget: Budget) -> list[dict[str, float]]:
+    """Return the planner's predictions for effects that are off."""
+    off = {name for name, verdict in plan.verdicts.items() if not verdict.on}
+    judged = plan.verdicts
+    if not any(verdict.errors for verdict in judged.values()):
+        judged = plan_effects(
+            scene,
+            sample_rate=budget.sample_rate,
+            duration=budget.duration,
+            max_order=budget.max_order,
+            rays=budget.rays,
+            only=plan.on,
+            tolerance=Tolerance(),
+        ).verdicts
+    return [judged[name].errors for name in off if name in judged]
+
+
+def _wall_data(scene: Scene, budget: Budget) -> list[dict[str, float]]:
+    """Return what the error of each material's absorption and of scattering changes."""
+    box = equivalent_box(scene)
+    rows, member = np.unique(box.absorption, axis=0, return_inverse=True)
+    member = np.minimum(member.reshape(-1), _MOST_MATERIALS - 1)
+    stray = np.maximum(_ABSORPTION * box.absorption, _ABSORPTION_LEAST)
+    changed = []
+    for material in range(min(len(rows), _MOST_MATERIALS)):
+        some = (member == material)[:, None]
+        more = np.clip(box.absorption + np.where(some, stray, 0.0), 0.0, 1.0)
+        changed.append(replace(box, absorption=more))
+    if np.any(box.scattering):
+        spread = np.where(box.scattering > 0, box.scattering + _SCATTERING, 0.0)
+        changed.append(replace(box, scattering=np.clip(spread, 0.0, 1.0)))
+    return _changes(box, changed, budget)
+
+
+def _volume(scene: Scene, budget: Budget) -> list[dict[str, float]]:
+    """Return what the error of an open mesh's volume changes."""
+    if scene.geometry.watertight:
+        return []
+    box = equivalent_box(scene)
+    larger = Shoebox((1 + _OPEN_VOLUME) ** (1 / 3) * box.geometry.size)
+    return _changes(box, [replace(box, geometry=larger)], budget)
+
+
+def _changes(
+    box: Scene, changed: Iterable[Scene], budget: Budget
+) -> list[dict[str, float]]:
+    full = predict_parameters(box, budget.duration)
+    return [
+        differences(
+            full, predict_parameters(each, budget.duration), _heard(box, budget)
+        )
+        for each in changed
+    ]
