@@ -8,12 +8,20 @@ from numpy.typing import ArrayLike
 
 from rir.arrays import FloatArray, IntArray
 from rir.errors import SceneError
+<<<<<<< HEAD
 from rooms.mesh import MeshGeometry
 from rooms.mesh.columns import filled_cells
+=======
+from rir.walls import WallModel
+>>>>>>> ee34e90 (Wall models: conformance, entry points, room files, a benchmark against exact fields, decision)
 from rooms.scene import Scene
 
 __all__ = ["WaveGrid"]
 
+_FREQUENCIES = 16  # admittances of walls are smooth below a crossover
+_ANGLES = (0.408, 0.707, 0.913)
+"""Cosines of thirds of the sound that meets a wall from everywhere: roots of 1/6, 1/2
+and 5/6."""
 _MOST_CELLS = 4_000_000  # ten times what the planner asks for: 32 MB an array
 
 
@@ -50,8 +58,8 @@ class WaveGrid:
     """
 
     scene: Scene
-    """The room; any shape. Walls react locally, with one admittance taken from the
-    absorption of the lowest octave."""
+    """The room; any shape. Walls react locally, with one real admittance: the mean of
+    the wall's model, or taken from the absorption of the lowest octave."""
     highest: float
     """Highest frequency of interest [Hz]."""
     cells_per_wave: float = 10.0
@@ -200,11 +208,25 @@ class WaveGrid:
 
     def _admittance(self) -> FloatArray:
         """Return the admittance of walls facing each way, shape (6,)."""
-        kept = np.sqrt(1 - self.scene.absorption[:, 0])
-        if not self.scene.geometry.lattice:
-            areas = self.scene.geometry.areas
+        scene = self.scene
+        kept = np.sqrt(1 - scene.absorption[:, 0])
+        for row, wall in scene.walls.items():
+            real = self._real_admittance(wall)
+            kept[row] = (1 - real) / (1 + real)
+        if not scene.geometry.lattice:
+            areas = scene.geometry.areas
             kept = np.full(6, areas @ kept / areas.sum())
         return (1 - kept) / (1 + kept)
+
+    def _real_admittance(self, wall: WallModel) -> float:
+        """Return the conductance of a wall at the frequencies of the grid, a mean.
+
+        Cells react locally and at once; of a wall that also stores sound only the loss
+        is kept.
+        """
+        f = self.highest * (np.arange(_FREQUENCIES) + 0.5) / _FREQUENCIES
+        cosine = np.ones(1) if wall.locally_reacting else np.array(_ANGLES)
+        return float(wall.admittance(f[:, None], cosine).real.mean())
 
     def _spread(
         self, points: FloatArray, inside: FloatArray

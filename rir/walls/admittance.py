@@ -24,13 +24,14 @@ _STIFFEST, _HARDEST = 1 / 1.567, 1e-9
 
 
 def octave_values(values: Any) -> Any:
-    """Return numbers as seven, one per octave from 125 Hz to 8 kHz.
+    """Return numbers as one for all octaves, or as seven from 125 Hz to 8 kHz.
 
-    As `rir.room.per_octave`, for numbers of any size: one for all; seven; six whose
-    last holds at 8 kHz as well; or a mapping from frequency [Hz] to number.
+    As `rir.room.per_octave`, for numbers of any size: one; seven; six whose last holds
+    at 8 kHz as well; or a mapping from frequency [Hz] to number.
     """
     if isinstance(values, int | float):
-        return [values] * len(_CENTERS)
+        # a wrong number stays single, so that it is told once and not per octave
+        return [values]
     if isinstance(values, Mapping):
         try:
             rows = sorted((float(f), float(value)) for f, value in values.items())
@@ -55,6 +56,8 @@ class _ComplexOctaves(StrictModel):
     @field_validator("*", mode="after")
     @classmethod
     def _whole(cls, value: tuple[float, ...]) -> tuple[float, ...]:
+        if len(value) == 1:
+            return value * len(_CENTERS)
         if len(value) != len(_CENTERS):
             raise ValueError(
                 f"needs 1, 6 or {len(_CENTERS)} values (octaves 125 Hz to 4 or 8 kHz)"

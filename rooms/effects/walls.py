@@ -6,7 +6,7 @@ from rir.physics import decibels
 from rooms.effects.effect import Effect, Need, Tolerance, judged
 from rooms.scene import Scene
 from rooms.sound import Budget, Sound
-from rooms.walls import AngledWalls
+from rooms.walls import angled_walls
 
 __all__ = ["WALLS"]
 
@@ -25,7 +25,7 @@ def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Need:
     del budget
     if not scene.walls:
         return Need(False, "no surface states an admittance or layers")
-    change = AngledWalls(scene.walls, scene.bands, scene.speed_of_sound)
+    change = angled_walls(scene)
     strays = []
     for row, wall in scene.walls.items():
         kept = change.means(wall, _COSINES) ** 2
@@ -43,8 +43,7 @@ def apply(scene: Scene, sound: Sound) -> None:
     """Let those surfaces reflect by the angle of incidence."""
     if scene.walls:
         # what they reflect comes before what others take of it
-        walls = AngledWalls(scene.walls, scene.bands, scene.speed_of_sound)
-        sound.bounce_changes.insert(0, walls)
+        sound.bounce_changes.insert(0, angled_walls(scene))
 
 
 WALLS = Effect("walls", "reflection by angle (admittance, layers)", needed, apply)

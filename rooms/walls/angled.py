@@ -1,16 +1,18 @@
 """Walls whose reflection depends on the angle, as one change of a bounce."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 import numpy as np
 
 from rir.arrays import ComplexArray, FloatArray
 from rir.walls import WallModel, octave_frequencies, pressure_factor
 from rooms.reflection import ECHO_FREQUENCIES, Bounces, Reflection, Spectra
+from rooms.scene import Scene
 from rooms.walls.spherical import spherical_factor
 
-__all__ = ["AngledWalls", "octave_factors"]
+__all__ = ["AngledWalls", "angled_walls", "octave_factors"]
 
 _LEAST = 1e-6
 """Pressure factors of octaves are no smaller, -120 dB: others are divided by them."""
@@ -32,6 +34,7 @@ class AngledWalls:
     speed_of_sound: float
     """Speed of sound [m/s]."""
     local: bool = True
+    _known: dict[tuple[int, bytes], FloatArray] = field(default_factory=dict)
 
     def __call__(self, reflection: Reflection, bounces: Bounces) -> Reflection:
         """Return reflections with the pressure that the walls leave."""
@@ -61,12 +64,15 @@ class AngledWalls:
 
     def means(self, wall: WallModel, cosines: FloatArray) -> FloatArray:
         """Return the plane wave's signed factors per octave, (cosines, bands)."""
-        f = octave_frequencies(self.bands)
         different, place = np.unique(cosines, return_inverse=True)
-        factor = pressure_factor(wall, f, different[:, None, None])
-        size = np.sqrt(np.mean(np.abs(factor) ** 2, axis=-1))
-        signed = np.where(np.mean(factor.real, axis=-1) < 0, -size, size)
-        return signed[place]
+        key = id(wall), different.tobytes()
+        if key not in self._known:
+            f = octave_frequencies(self.bands)
+            factor = pressure_factor(wall, f, different[:, None, None])
+            size = np.sqrt(np.mean(np.abs(factor) ** 2, axis=-1))
+            mean = np.mean(factor.real, axis=-1)
+            self._known[key] = np.where(mean < 0, -size, size)
+        return self._known[key][place]
 
 
 def octave_factors(factor: ComplexArray, bands: FloatArray) -> FloatArray:
@@ -88,3 +94,9 @@ def octave_factors(factor: ComplexArray, bands: FloatArray) -> FloatArray:
     size = np.sqrt(np.abs(factor) ** 2 @ weight.T)
     sign = np.where(factor.real @ weight.T < 0, -1.0, 1.0)
     return sign * np.maximum(size, _LEAST)
+
+
+@lru_cache(maxsize=8)
+def angled_walls(scene: Scene) -> AngledWalls:
+    """Return the change that a scene's walls make, whose means are found once."""
+    return AngledWalls(scene.walls, scene.bands, scene.speed_of_sound)

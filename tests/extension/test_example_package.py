@@ -63,6 +63,7 @@ def run(site: Path, tmp_path: Path) -> Run:
         "rigs.conformance import *; check_rig('cart', {'envelope': ENVELOPE})",
         "rir.files.conformance import check_format as check; check('text')",
         "analysis.conformance import check_metric as check; check('Ts')",
+        "rir.walls.conformance import check_wall_model as c; c('resonators')",
     ],
 )
 def test_each_part_keeps_the_promises_of_its_kind(run: Run, check: str) -> None:
