@@ -8,12 +8,9 @@ from numpy.typing import ArrayLike
 
 from rir.arrays import FloatArray, IntArray
 from rir.errors import SceneError
-<<<<<<< HEAD
+from rir.walls import WallModel
 from rooms.mesh import MeshGeometry
 from rooms.mesh.columns import filled_cells
-=======
-from rir.walls import WallModel
->>>>>>> ee34e90 (Wall models: conformance, entry points, room files, a benchmark against exact fields, decision)
 from rooms.scene import Scene
 
 __all__ = ["WaveGrid"]
