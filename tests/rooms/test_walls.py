@@ -11,6 +11,7 @@ from rooms.effects import EFFECTS, Tolerance
 from rooms.effects.traced import traced_energy
 from rooms.mesh import MeshGeometry
 from rooms.sound import Budget, Sound
+from rooms.wave_grid import WaveGrid
 
 C = 343.2
 OCTAVES = [250.0, 500.0, 1000.0]
@@ -170,3 +171,31 @@ def test_rough_walls_decay_as_independent_rays_do():
     # 100,000 rays in numpy, Lambert's law and (cos - .05)² / (cos + .05)² at each hit;
     # with the absorption of diffuse sound at every angle it is -0.1705
     assert slope == pytest.approx(-0.1648, rel=0.02)
+
+
+def test_the_grid_has_the_modes_of_its_walls():
+    from scipy.signal import butter, sosfilt
+
+    size, beta = np.array([3.0, 2.5, 2.0]), 0.05
+    ends = np.array([0.8, 1.1, 0.9]), np.array([2.2, 1.6, 1.3])
+    scene = Scene.shoebox(size, walls={"all": Admittance(conductance=beta)})
+    grid = WaveGrid(scene, 260.0, 12)
+    made = grid.responses(ends[0], ends[1][None], 0.5)[0]
+    rise = butter(2, 12, "highpass", fs=grid.sample_rate, output="sos")
+    made = sosfilt(rise, made) * np.minimum(4 * np.linspace(1, 0, len(made)), 1)
+    f = np.linspace(88, 177, 200)
+    turn = np.outer(f, np.arange(len(made))) * grid.time_step
+    heard = np.exp(-2j * np.pi * turn) @ made
+    # first-order damping of each mode (Kuttruff, section 3.3)
+    n, k = np.arange(16), 2 * np.pi * f / C
+    twice = np.where(n == 0, 1, 2)
+    parts = []
+    for length, one, other in zip(size, *ends, strict=True):
+        shape = np.cos(n * np.pi * one / length) * np.cos(n * np.pi * other / length)
+        wave = (n * np.pi / length) ** 2 + 2j * beta * np.outer(k, twice / length)
+        parts.append((shape * twice / length, wave))
+    (a, x), (b, y), (c, z) = parts
+    gap = x[:, :, None, None] + y[:, None, :, None] + z[:, None, None, :]
+    gap = gap - (k**2)[:, None, None, None]
+    exact = 4 * np.pi * np.einsum("i,j,k,fijk->f", a, b, c, 1 / gap)
+    assert _levels([heard]) == pytest.approx(_levels([exact]), abs=0.5)
