@@ -12,7 +12,7 @@ from rir.numbers import shown
 from rooms.presets import PRESETS, load_room
 from rooms.scene import Scene
 
-__all__ = ["SCENES", "load_places", "load_scene"]
+__all__ = ["SCENES", "load_place_names", "load_places", "load_scene"]
 
 _MESHES = (".obj", ".ply", ".glb", ".gltf", ".stl", ".off")
 
@@ -205,6 +205,22 @@ def load_places(name_or_path: str | Path) -> tuple[Poses | None, Poses | None]:
     emitters, listeners = (
         Poses.of([place.pose for place in places]) if places else None
         for places in (room.emitters, room.listeners)
+    )
+    return emitters, listeners
+
+
+def load_place_names(name_or_path: str | Path) -> tuple[list[str], list[str]]:
+    """Return the names of the emitters and listeners that a room file states.
+
+    A place without a name is called by its number: S1, S2, … or R1, R2, …
+    """
+    path = Path(name_or_path)
+    if path.suffix not in (".yaml", ".yml"):
+        return [], []
+    room = RoomSpec.load(path)
+    emitters, listeners = (
+        [place.name or f"{letter}{k}" for k, place in enumerate(places, start=1)]
+        for letter, places in (("S", room.emitters), ("R", room.listeners))
     )
     return emitters, listeners
 

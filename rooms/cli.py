@@ -10,7 +10,11 @@ from rir.command import make_app, make_console, run
 from rooms.options import Duration, Order, Rays, SampleRate, Seed
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
+    from rooms.comparison import Measured
     from rooms.scene import Scene
+    from rooms.simulation import Simulation
 
 __all__ = ["app", "main"]
 
@@ -78,6 +82,10 @@ def simulate_room(
         bool,
         typer.Option("--parameters", help="Show T30, EDT, C50, C80, D50, TS, G."),
     ] = False,
+    compare: Annotated[
+        Path | None,
+        typer.Option(help="Compare with measured parameters (.csv) of the places."),
+    ] = None,
     seed: Seed = 0,
     out: Annotated[
         Path | None,
@@ -87,13 +95,15 @@ def simulate_room(
     """Simulate a room with the effects it calls for. Everything is SIMULATED."""
     from dataclasses import replace
 
-    from rooms.builtin import load_places, load_scene
+    from rooms.builtin import load_place_names, load_places, load_scene
+    from rooms.comparison import read_measured
     from rooms.gains import load_gain
 
     for flag, given in (("--all", everything), ("--without", bool(without))):
         if only is not None and given:
             told = f"it contradicts {flag}: leave one of them out"
             raise typer.BadParameter(told, param_hint="--only")
+    measured = read_measured(compare) if compare is not None else None
     bare = load_scene(scene, material)
     loaded = replace(
         bare,
@@ -116,7 +126,13 @@ def simulate_room(
     effort = {"accuracy": accuracy, "seconds": seconds, "seed": seed}
     stated = _stated((emitter, listener), load_places(scene))
     wanted = explain, cost, parameters
-    _carry_out(loaded, stated, options, overrides, effort, wanted, out)
+    given = emitter, listener
+    names = [
+        [] if some else known
+        for some, known in zip(given, load_place_names(scene), strict=True)
+    ]
+    against = None if measured is None else (measured, names)
+    _carry_out(loaded, stated, options, overrides, effort, wanted, out, against)
 
 
 def _air(air: Any, temperature: float | None, humidity: float | None) -> Any:
@@ -150,6 +166,7 @@ def _carry_out(
     effort: dict[str, Any],
     wanted: tuple[bool, bool, bool],
     out: Path | None,
+    against: tuple["Measured", list[list[str]]] | None,
 ) -> None:
     """Explain, measure the cost, or simulate, show and write."""
     from rooms.display import describe_scene, error_lines, parameter_table, plan_table
@@ -162,7 +179,7 @@ def _carry_out(
     plan = plan_effects(scene, **options, **overrides)
     if explain:
         console.print(plan_table(plan))
-        if out is None and not (cost or parameters):
+        if out is None and against is None and not (cost or parameters):
             return
     places = _completed(scene, stated, effort["seed"])
     if cost:
@@ -176,10 +193,32 @@ def _carry_out(
     console.out(f"{result.responses.shape} responses ({shape}), SIMULATED")
     if parameters:
         console.print(parameter_table(result, scene, *places))
+    if against is not None:
+        console.print(_comparison(result, scene, places, *against))
     if out is not None:
         from rooms.writing import write_simulation
 
         console.out(f"wrote {write_simulation(result, scene, *places, out)}")
+
+
+def _comparison(
+    result: "Simulation",
+    scene: "Scene",
+    places: tuple[Any, Any],
+    measured: "Measured",
+    names: list[list[str]],
+) -> "Table":
+    """Return the table of errors against what was measured."""
+    from rooms.comparison import agreement_table, compare_parameters
+    from rooms.display import parameters_of
+
+    sources, receivers = (
+        known or [f"{letter}{k + 1}" for k in range(len(some))]
+        for known, letter, some in zip(names, "SR", places, strict=True)
+    )
+    found = parameters_of(result, scene, *places)
+    rows = compare_parameters(measured, found, (sources, receivers), scene.bands)
+    return agreement_table(rows, measured.bands)
 
 
 def _stated(

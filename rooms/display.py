@@ -98,6 +98,17 @@ def cost_table(curve: CostCurve) -> "Table":
     return table
 
 
+def parameters_of(
+    result: "Simulation", scene: Scene, emitters: Poses, listeners: Poses
+) -> dict[str, FloatArray]:
+    """Return parameters per octave of all pairs, each (emitters, listeners, bands)."""
+    from rooms.parameters import hall_parameters
+
+    way = emitters.positions[:, None] - listeners.positions[None]
+    arrival = np.linalg.norm(way, axis=-1) / scene.speed_of_sound
+    return hall_parameters(result.responses, result.sample_rate, arrival, scene.bands)
+
+
 def parameter_table(
     result: "Simulation", scene: Scene, emitters: Poses, listeners: Poses
 ) -> "Table":
@@ -105,11 +116,7 @@ def parameter_table(
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
-    from rooms.parameters import hall_parameters
-
-    way = emitters.positions[:, None] - listeners.positions[None]
-    arrival = np.linalg.norm(way, axis=-1) / scene.speed_of_sound
-    found = hall_parameters(result.responses, result.sample_rate, arrival, scene.bands)
+    found = parameters_of(result, scene, emitters, listeners)
     title = "mean±deviation over pairs (SIMULATED, ISO 3382-1)"
     table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     table.add_column("octave", justify="right")
