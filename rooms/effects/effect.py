@@ -42,7 +42,9 @@ class Tolerance:
             object.__setattr__(
                 self,
                 kind,
-                limit if limit == math.inf else read_number(limit, what, least=0),
+                limit
+                if isinstance(limit, float) and limit == math.inf
+                else read_number(limit, what, least=0),
             )
 
     @classmethod
