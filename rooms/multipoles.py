@@ -21,6 +21,9 @@ __all__ = ["Moments", "transfer"]
 _BLOCK = 256
 """Listeners heard in one march with all their gradients."""
 
+_STEPS = 64
+"""Time steps in a block of a Fourier sum: about as many as there are blocks."""
+
 
 @dataclass(frozen=True, eq=False)
 class Moments:
@@ -135,13 +138,27 @@ def _heard(
     if faded is not None:
         low = np.asarray(sosfilt(faded, low, axis=-1))
     low *= _ending(low.shape[1])
-    steps = np.outer(np.arange(low.shape[1]), wave)
-    turn = np.exp(-1j * grid.scene.speed_of_sound * grid.time_step * steps)
-    spectra = (low @ turn).reshape(len(axes), len(points), len(wave))
+    turn = grid.scene.speed_of_sound * grid.time_step * wave
+    spectra = _spectra(low, turn).reshape(len(axes), len(points), len(wave))
     total = listeners.constant * spectra[0]
     for axis, spectrum in zip(axes[1:], spectra[1:], strict=True):
         total = total + listeners.gradient[:, :, axis] / (1j * wave) * spectrum
     return total
+
+
+def _spectra(signals: FloatArray, turn: FloatArray) -> ComplexArray:
+    """Return the sums of signals (n, steps) over exp(-i turn step), (n, turns).
+
+    The exponentials of all steps are products of those within a block and between
+    blocks, so only these are computed.
+    """
+    blocks = -(-signals.shape[1] // _STEPS)
+    missing = blocks * _STEPS - signals.shape[1]
+    parts = np.pad(signals, ((0, 0), (0, missing))).reshape(-1, _STEPS)
+    within = np.outer(np.arange(_STEPS), turn)
+    sums = parts @ np.cos(within) - 1j * (parts @ np.sin(within))
+    between = np.exp(-1j * _STEPS * np.outer(np.arange(blocks), turn))
+    return np.einsum("nbt,bt->nt", sums.reshape(-1, blocks, len(turn)), between)
 
 
 def _ending(count: int) -> FloatArray:

@@ -64,14 +64,33 @@ class Bender:
         return np.hypot(x, y), along, angle
 
     def bend(
-        self, edge: int, one: Any, other: Any, sine: Any, near: Any, far: Any
+        self,
+        edge: IntArray,
+        one: FloatArray,
+        other: FloatArray,
+        sine: FloatArray,
+        near: FloatArray,
+        far: FloatArray,
     ) -> ComplexArray:
-        """Return the diffraction coefficient of an edge per band."""
+        """Return the diffraction coefficients of n ways, shape (n, bands).
+
+        Parameters
+        ----------
+        edge : ndarray, shape (n,)
+            The edge each way bends around.
+        one, other : ndarray, shape (n,)
+            Angles of its ends around the edge [rad].
+        sine : ndarray, shape (n,)
+            Sine of the angle between way and edge.
+        near, far : ndarray, shape (n,)
+            Lengths on both sides of the edge [m].
+        """
         spread = near * far * sine**2 / (near + far)
-        first, last = self.factors[self.edges.surfaces[edge]]
-        opening = self.edges.opening[edge]
+        faces = self.factors[self.edges.surfaces[edge]]
+        parts = self.edges.opening[edge], one, other, sine, spread
+        columns = (part[:, None] for part in parts)
         return diffraction_coefficient(
-            opening, one, other, sine, spread, self.wave, (first, last)
+            *columns, wavenumber=self.wave, reflection=(faces[:, 0], faces[:, 1])
         )
 
     def twice(self, index: int, start: FloatArray, end: FloatArray) -> list[tuple]:
@@ -169,7 +188,8 @@ class Bender:
                 return None
             angles = np.minimum([one[2][edge], other[2][edge]], opening)
             sine = one[0][edge] / near
-            gain *= self.bend(edge, angles[0], angles[1], sine, near, far)
+            parts = (np.array([part]) for part in (edge, *angles, sine, near, far))
+            gain *= self.bend(*parts)[0]
         if len(set(edges.panels[first]) & set(edges.panels[last])):
             # along a face the wave and its mirror image are one
             gain /= 2

@@ -61,23 +61,23 @@ def _ways(bender: Bender, starts: Ends, ends: Ends) -> Iterator[tuple]:
     lifted = points + bender.lift[edge]
     legs = [Legs.between(geometry, side[pair], lifted) for side in (starts, ends)]
     keep = np.nonzero(legs[0].free & legs[1].free)[0]
-    for k in keep:
-        n, e = pair[k], edge[k]
-        one = float(np.linalg.norm(points[k] - starts.image[n]))
-        other = float(np.linalg.norm(points[k] - ends.image[n]))
-        sine = near[0][0, e] / one
-        angles = near[2][0, e], far[2][n, e]
-        gain = bender.bend(e, *angles, sine, one, other)
-        for leg in legs:
-            if leg.surface[k] >= 0:
-                gain = gain * bender.factors[leg.surface[k]]
-        yield (
-            ends.owner[n],
-            one + other,
-            legs[0].facing[k],
-            legs[1].facing[k],
-            1,
-            gain / np.sqrt(one * other * (one + other)),
-            (e, -1),
-            int(starts.panel[n] >= 0) + int(ends.panel[n] >= 0),
-        )
+    n, e = pair[keep], edge[keep]
+    one = np.linalg.norm(points[keep] - starts.image[n], axis=1)
+    other = np.linalg.norm(points[keep] - ends.image[n], axis=1)
+    gain = bender.bend(e, near[2][0, e], far[2][n, e], near[0][0, e] / one, one, other)
+    for leg in legs:
+        surface = leg.surface[keep]
+        gain *= np.where(surface[:, None] >= 0, bender.factors[surface], 1.0)
+    gain /= np.sqrt(one * other * (one + other))[:, None]
+    mirrors = starts.mirrored[n].astype(int) + ends.mirrored[n]
+    yield from zip(
+        ends.owner[n],
+        one + other,
+        legs[0].facing[keep],
+        legs[1].facing[keep],
+        np.ones(len(keep), dtype=np.int64),
+        gain,
+        zip(e, np.full(len(keep), -1), strict=True),
+        mirrors,
+        strict=True,
+    )
