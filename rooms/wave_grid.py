@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from rir.arrays import FloatArray, IntArray
 from rir.errors import SceneError
 from rir.walls import WallModel
+from rir.walls.admittance import MOST_ABSORBED, real_admittance
 from rooms.mesh import MeshGeometry
 from rooms.mesh.columns import filled_cells
 from rooms.scene import Scene
@@ -56,7 +57,7 @@ class WaveGrid:
 
     scene: Scene
     """The room; any shape. Walls react locally, with one real admittance: the mean of
-    the wall's model, or taken from the absorption of the lowest octave."""
+    the wall's model, or what absorbs as much diffuse sound as the lowest octave says."""
     highest: float
     """Highest frequency of interest [Hz]."""
     cells_per_wave: float = 10.0
@@ -206,14 +207,10 @@ class WaveGrid:
     def _admittance(self) -> FloatArray:
         """Return the admittance of walls facing each way, shape (6,)."""
         scene = self.scene
-        kept = np.sqrt(1 - scene.absorption[:, 0])
+        real = real_admittance(np.minimum(scene.absorption[:, 0], MOST_ABSORBED))
         for row, wall in scene.walls.items():
-            real = self._real_admittance(wall)
-            kept[row] = (1 - real) / (1 + real)
-        if not scene.geometry.lattice:
-            areas = scene.geometry.areas
-            kept = np.full(6, areas @ kept / areas.sum())
-        return (1 - kept) / (1 + kept)
+            real[row] = self._real_admittance(wall)
+        return scene.geometry.facing() @ real
 
     def _real_admittance(self, wall: WallModel) -> float:
         """Return the conductance of a wall at the frequencies of the grid, a mean.

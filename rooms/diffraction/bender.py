@@ -1,7 +1,6 @@
 """What bends around the edges of one room, and how strongly."""
 
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
