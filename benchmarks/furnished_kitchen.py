@@ -77,11 +77,9 @@ def _grid_band(scene: Scene, octave: int, ends: Any, cells: float) -> FloatArray
         heard = grid.responses(emitter, ends[1].positions, 2 * DURATION)
         steps = heard.shape[-1]
         left = np.minimum(np.arange(steps, 0, -1) / (steps / 3), 1.0)
-        same = resample(
-            heard * np.sin(np.pi / 2 * left) ** 2,
-            round(steps * RATE / grid.sample_rate),
-            axis=-1,
-        )
+        faded = heard * np.sin(np.pi / 2 * left) ** 2
+        count = round(steps * RATE / grid.sample_rate)
+        same = np.asarray(resample(faded, count, axis=-1), dtype=np.float64)
         band = split(same, LOW[octave : octave + 1])[:, 0, : round(RATE * DURATION)]
         out.append(band * grid.sample_rate / RATE)
     return np.array(out)

@@ -57,7 +57,7 @@ class WaveGrid:
 
     scene: Scene
     """The room; any shape. Walls react locally, with one real admittance: the mean of
-    the wall's model, or what absorbs as much diffuse sound as the lowest octave says."""
+    the wall's model, or what absorbs of diffuse sound what the lowest octave says."""
     highest: float
     """Highest frequency of interest [Hz]."""
     cells_per_wave: float = 10.0
