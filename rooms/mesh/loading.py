@@ -9,12 +9,13 @@ from numpy.typing import NDArray
 
 from rir.errors import SceneError
 from rir.optional import require
+from rooms.mesh.stanford import read_stanford
 from rooms.mesh.wavefront import read_wavefront
 
 __all__ = ["LoadedMesh", "load_mesh"]
 
 _FORMATS = (".obj", ".ply", ".glb", ".gltf", ".stl")
-_SINGLE = (".glb", ".gltf", ".stl", ".ply")
+_SINGLE = (".glb", ".gltf", ".stl")
 """Formats that usually store single precision."""
 
 
@@ -46,7 +47,7 @@ def load_mesh(path: str | Path) -> LoadedMesh:
     SceneError
         If the file is missing, of another kind, or holds no triangles.
     MissingPartError
-        If trimesh, which reads all but OBJ files, is not installed.
+        If trimesh, which reads all but OBJ and PLY files, is not installed.
     """
     path = Path(path)
     if path.suffix.lower() not in _FORMATS:
@@ -59,6 +60,12 @@ def load_mesh(path: str | Path) -> LoadedMesh:
         if len(faces) == 0:
             raise SceneError(f"{path.name} holds no triangles")
         return LoadedMesh(vertices, faces, names, 0.0)
+    if path.suffix.lower() == ".ply":
+        vertices, faces, names, single = read_stanford(path)
+        if len(faces) == 0:
+            raise SceneError(f"{path.name} holds no triangles")
+        step = _resolution(vertices) if single else 0.0
+        return LoadedMesh(vertices, faces, names, step)
     trimesh = require("trimesh", why="reading meshes")
     try:
         scene = trimesh.load_scene(path, process=False, skip_materials=False)
@@ -82,10 +89,13 @@ def _joined(parts: list[Any], path: Path) -> LoadedMesh:
         ]
     )
     names = [name for part in parts for name in [_material(part)] * len(part.faces)]
-    resolution = 0.0
-    if path.suffix.lower() in _SINGLE:
-        resolution = 4 * float(np.finfo(np.float32).eps) * float(np.abs(vertices).max())
+    resolution = _resolution(vertices) if path.suffix.lower() in _SINGLE else 0.0
     return LoadedMesh(vertices, faces, names, resolution)
+
+
+def _resolution(vertices: NDArray[np.float64]) -> float:
+    """Return the step of coordinates in single precision [m]."""
+    return 4 * float(np.finfo(np.float32).eps) * float(np.abs(vertices).max())
 
 
 def _material(part: Any) -> str:

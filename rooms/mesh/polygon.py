@@ -1,12 +1,14 @@
 """Cut simple polygons into triangles."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rir.arrays import FloatArray
 from rir.errors import SceneError
 
-__all__ = ["cut_ears"]
+__all__ = ["cut_ears", "cut_face"]
 
 
 def cut_ears(polygon: ArrayLike) -> tuple[FloatArray, NDArray[np.int64]]:
@@ -86,3 +88,27 @@ def _is_ear(corners: FloatArray, left: list[int], k: int) -> bool:
         _cross(a, b, p) >= 0 and _cross(b, c, p) >= 0 and _cross(c, a, p) >= 0
         for p in others
     )
+
+
+def cut_face(
+    vertices: Sequence[Sequence[float]], corners: list[int]
+) -> list[list[int]]:
+    """Return the triangles of a polygon in space, as rows of vertices.
+
+    Raises
+    ------
+    ValueError
+        If it has fewer than three corners.
+    """
+    if len(corners) < 3:
+        raise ValueError(f"a face needs 3 corners, not {len(corners)}")
+    if len(corners) == 3:
+        return [corners]
+    points = np.array([vertices[k] for k in corners])
+    ahead = np.roll(points, -1, axis=0)
+    normal = np.cross(points, ahead).sum(axis=0)
+    axis = int(np.argmax(np.abs(normal)))
+    flat = np.delete(points, axis, axis=1)
+    turned, ears = cut_ears(flat)
+    order = corners if np.array_equal(turned, flat) else corners[::-1]
+    return [[order[k] for k in ear] for ear in ears.tolist()]

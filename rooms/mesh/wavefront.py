@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from rir.arrays import FloatArray
 from rir.errors import SceneError
-from rooms.mesh.polygon import cut_ears
+from rooms.mesh.polygon import cut_face
 
 __all__ = ["read_wavefront"]
 
@@ -41,7 +41,7 @@ def read_wavefront(
                 part = " ".join(rest)
             elif word == "f":
                 corners = [_index(item, len(vertices)) for item in rest]
-                triangles = _cut(vertices, corners)
+                triangles = cut_face(vertices, corners)
                 faces += triangles
                 names += [material or part] * len(triangles)
         except (ValueError, IndexError) as error:
@@ -55,18 +55,3 @@ def _index(item: str, count: int) -> int:
     if not 0 <= found < count:
         raise IndexError(f"there is no vertex {place}")
     return found
-
-
-def _cut(vertices: list[list[float]], corners: list[int]) -> list[list[int]]:
-    if len(corners) < 3:
-        raise ValueError(f"a face needs 3 corners, not {len(corners)}")
-    if len(corners) == 3:
-        return [corners]
-    points = np.array([vertices[k] for k in corners])
-    ahead = np.roll(points, -1, axis=0)
-    normal = np.cross(points, ahead).sum(axis=0)
-    axis = int(np.argmax(np.abs(normal)))
-    flat = np.delete(points, axis, axis=1)
-    turned, ears = cut_ears(flat)
-    order = corners if np.array_equal(turned, flat) else corners[::-1]
-    return [[order[k] for k in ear] for ear in ears.tolist()]

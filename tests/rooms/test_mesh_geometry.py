@@ -1,3 +1,4 @@
+import struct
 from typing import Any
 
 import numpy as np
@@ -129,6 +130,38 @@ def test_files_give_back_the_room(tmp_path, ending):
     assert len(read.panels) == 8
     np.testing.assert_allclose(read.volume, 67.5, rtol=1e-6)
     np.testing.assert_allclose(np.sort(read.size), [3, 5, 6], rtol=1e-6)
+
+
+def layered(binary):
+    """Return a PLY of a tetrahedron whose faces belong to named layers."""
+    corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+    faces = [((0, 2, 1), 0), ((0, 1, 3), 0), ((0, 3, 2), 1), ((1, 2, 3), 1)]
+    names = [b"floor", b"side wall"]
+    kind = "binary_little_endian" if binary else "ascii"
+    head = (
+        f"ply\nformat {kind} 1.0\ncomment made by hand\nelement vertex 4\n"
+        "property float x\nproperty float y\nproperty float z\nelement face 4\n"
+        "property list uchar uint vertex_indices\nproperty uint layer_id\n"
+        "element layer 2\nproperty list uchar uchar layer_name\nend_header\n"
+    )
+    if binary:
+        body = b"".join(struct.pack("<3f", *corner) for corner in corners)
+        body += b"".join(struct.pack("<B3II", 3, *face, k) for face, k in faces)
+        return head.encode() + body + b"".join(bytes([len(n)]) + n for n in names)
+    rows = [*corners, *((3, *face, k) for face, k in faces)]
+    rows += [(len(name), *name) for name in names]
+    return (head + "\n".join(" ".join(map(str, row)) for row in rows)).encode()
+
+
+@pytest.mark.parametrize("binary", [False, True])
+def test_layers_of_ply_files_are_surfaces(tmp_path, binary):
+    (tmp_path / "room.ply").write_bytes(layered(binary))
+    room = MeshGeometry.from_file(tmp_path / "room.ply")
+    assert room.surface_names == ("floor", "side wall")
+    np.testing.assert_allclose(room.areas, [1.0, 0.5 + np.sqrt(0.75)], rtol=1e-6)
+    (tmp_path / "cut.ply").write_bytes(layered(binary)[:-20])
+    with pytest.raises(SceneError, match=r"cut\.ply cannot be read as PLY"):
+        MeshGeometry.from_file(tmp_path / "cut.ply")
 
 
 def test_obj_files_name_surfaces_and_may_hold_any_polygon(tmp_path):
