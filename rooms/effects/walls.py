@@ -3,6 +3,7 @@
 import numpy as np
 
 from rir.physics import decibels
+from rir.walls import pressure_factor
 from rooms.effects.effect import Effect, Need, Tolerance, judged
 from rooms.scene import Scene
 from rooms.sound import Budget, Sound
@@ -13,28 +14,25 @@ __all__ = ["WALLS"]
 _COSINES = np.array([0.17, 0.5, 0.87, 1.0])
 """Angles of 80, 60, 30 and 0 degrees, between which rooms reflect most."""
 
-_LOUDEST_DB = 20.0
-"""Where a wall swallows an angle whole, others are what is heard."""
-
 _COST_S = 4e-3
 """Spherical factors and echoes of 62 paths, and images at their angles."""
 
 
 def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Need:
-    """Judge by how far reflections at single angles are from those of diffuse sound."""
+    """Judge by how far reflections are from those of one absorption at all angles."""
     del budget
     if not scene.walls:
         return Need(False, "no surface states an admittance or layers")
-    change = angled_walls(scene)
-    strays = []
+    off = 0.0
     for row, wall in scene.walls.items():
-        kept = change.means(wall, _COSINES) ** 2
-        diffuse = np.maximum(1 - scene.absorption[row], 1e-3)
-        strays.append(np.abs(decibels(np.maximum(kept, 1e-3) / diffuse)).max())
-    level = min(float(max(strays)), _LOUDEST_DB)
+        met = pressure_factor(wall, scene.bands, _COSINES[:, None])
+        # magnitude and phase: beside direct sound both are heard
+        plain = np.sqrt(1 - scene.absorption[row])
+        off = max(off, float(np.abs(met - plain).max()))
+    level = float(decibels((1 + off) ** 2))
     why = (
-        f"{len(scene.walls)} of {len(scene.absorption)} surfaces answer by angle, up to"
-        f" {level:.1f} dB from what they do to diffuse sound"
+        f"{len(scene.walls)} of {len(scene.absorption)} surfaces answer by angle, which"
+        f" changes sound near them by up to {level:.1f} dB"
     )
     return judged(tolerance, {"level_db": level}, why, _COST_S)
 

@@ -121,6 +121,9 @@ def test_only_rooms_with_such_walls_call_for_them():
     need = EFFECTS["walls"].needed(angled, budget, tolerance)
     assert need.on
     assert "1 of 6 surfaces" in need.reason
+    stiff = {"x0": Impedance(resistance=0.0, reactance=-2.0)}  # loses nothing
+    scene = Scene.shoebox((4, 3, 2.5), walls=stiff)
+    assert EFFECTS["walls"].needed(scene, budget, tolerance).on
     rigid = Scene.shoebox((4, 3, 2.5), walls={"x0": Admittance(conductance=0.0)})
     assert not EFFECTS["walls"].needed(rigid, budget, tolerance).on
 
