@@ -5,17 +5,28 @@ Effects describe; nothing is computed sample by sample before `rooms.synthesis`.
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rir import GainPattern, Pose, Poses
-from rir.arrays import FloatArray
+from rir.arrays import FloatArray, IntArray
 from rooms.reflection import BounceChange, Bounces, Reflection, changed
 from rooms.scene import Scene
 
-__all__ = ["Arrivals", "Budget", "Lattice", "Sound", "Waves", "Work"]
+if TYPE_CHECKING:
+    from rooms.mesh import MeshGeometry
+
+__all__ = [
+    "Arrivals",
+    "Budget",
+    "Lattice",
+    "Sound",
+    "SurfaceParts",
+    "Waves",
+    "Work",
+]
 
 
 @dataclass(frozen=True)
@@ -149,6 +160,25 @@ class Waves:
     center: FloatArray
 
 
+@dataclass(frozen=True, eq=False)
+class SurfaceParts:
+    """The surfaces of a mesh in parts whose panels reflect alike.
+
+    Parameters
+    ----------
+    mesh : MeshGeometry
+        The room, with a surface for each part.
+    surface : ndarray, shape (parts,)
+        Surface of the scene that each is part of.
+    panel : ndarray, shape (parts,)
+        One of its panels, that stands for all.
+    """
+
+    mesh: "MeshGeometry"
+    surface: IntArray
+    panel: IntArray
+
+
 @dataclass(eq=False)
 class Sound:
     """Everything between one emitter and its listeners.
@@ -172,6 +202,8 @@ class Sound:
     bounce_changes: list[BounceChange] = field(default_factory=list)
     arrival_changes: list[Callable[[Arrivals], Arrivals]] = field(default_factory=list)
     finishers: list[Callable[[FloatArray], FloatArray]] = field(default_factory=list)
+    parts: SurfaceParts | None = None
+    """Surfaces in parts, where rays should tell panels of one surface apart."""
     fading_mirrors: bool = False
     """Whether mirrors fade towards the rims of faces, so that no sound bent at these
     rims has to make up for where they end."""
@@ -186,7 +218,9 @@ class Sound:
         kept = np.sqrt(1.0 - self.scene.absorption)[bounces.surface]
         return changed(kept, self.bounce_changes, bounces)
 
-    def table(self, cosines: FloatArray) -> Reflection:
+    def table(
+        self, cosines: FloatArray, parts: SurfaceParts | None = None
+    ) -> Reflection:
         """Return the reflection of each surface at some angles, its panels' mean.
 
         The ways before and after are the mean free path of the room: what rays,
@@ -196,29 +230,34 @@ class Sound:
         ----------
         cosines : ndarray, shape (cosines,)
             Of the angle of incidence.
+        parts : SurfaceParts, optional
+            Parts to tell apart, in place of surfaces.
 
         Returns
         -------
         Reflection
-            Of shape (surfaces, cosines, bands).
+            Of shape (surfaces or parts, cosines, bands).
         """
         surfaces, bands = self.scene.absorption.shape
+        surface, panel = np.arange(surfaces), np.full(surfaces, -1)
+        if parts is not None:
+            surface, panel = parts.surface, parts.panel
         geometry = self.scene.geometry
-        count = surfaces * len(cosines)
+        count = len(surface) * len(cosines)
         free = np.full(count, 4 * geometry.volume / geometry.areas.sum())
         bounces = Bounces(
-            np.repeat(np.arange(surfaces), len(cosines)),
-            np.full(count, -1),
-            np.tile(cosines, surfaces),
+            np.repeat(surface, len(cosines)),
+            np.repeat(panel, len(cosines)),
+            np.tile(cosines, len(surface)),
             free,
             free,
             np.full((count, 3), np.nan),
         )
         flat = self.reflect(bounces)
-        shape = (surfaces, len(cosines), bands)
+        shape = (len(surface), len(cosines), bands)
         return Reflection(flat.pressure.reshape(shape), flat.scattered.reshape(shape))
 
-    def by_class(self, classes: int) -> Reflection:
+    def by_class(self, classes: int, parts: SurfaceParts | None = None) -> Reflection:
         """Return the reflection of each surface in equal classes of the cosine.
 
         Of sound from everywhere: the root of its mean energy, with the sign of the
@@ -228,17 +267,19 @@ class Sound:
         ----------
         classes : int
             How many divide 0…1, from grazing on.
+        parts : SurfaceParts, optional
+            Parts to tell apart, in place of surfaces.
 
         Returns
         -------
         Reflection
-            Of shape (surfaces, classes, bands).
+            Of shape (surfaces or parts, classes, bands).
         """
         x, w = np.polynomial.legendre.leggauss(_PER_CLASS)
         cosines = (np.arange(classes)[:, None] + (x + 1) / 2) / classes
         # sound from everywhere brings energy in proportion to the cosine
         weights = w * cosines / (w * cosines).sum(axis=1, keepdims=True)
-        table = self.table(cosines.ravel())
+        table = self.table(cosines.ravel(), parts)
         shape = (len(table.pressure), *cosines.shape, table.pressure.shape[-1])
         mean, kept, diffuse = (
             np.einsum("cn,scnb->scb", weights, part.reshape(shape))

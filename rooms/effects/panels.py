@@ -10,7 +10,7 @@ from rir.physics import decibels
 from rooms.effects.effect import Effect, Need, Tolerance, judged
 from rooms.predict import differences, predict_parameters
 from rooms.scene import Scene
-from rooms.sound import Budget, Sound
+from rooms.sound import Budget, Sound, SurfaceParts
 
 __all__ = ["PANELS"]
 
@@ -65,11 +65,12 @@ def apply(scene: Scene, sound: Sound) -> None:
     """Let what faces do not mirror for their size be scattered."""
     if scene.geometry.lattice:
         return
-    from rooms.panels import finite_panels
+    from rooms.panels import finite_panels, parts_of
 
     change = finite_panels(scene.geometry.mesh, scene.bands, scene.speed_of_sound)
     if change is not None:
         sound.bounce_changes.append(change)
+        sound.parts = SurfaceParts(*parts_of(scene.geometry.mesh))
         sound.fading_mirrors = True
 
 

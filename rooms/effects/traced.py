@@ -26,7 +26,7 @@ def traced_energy(scene: Scene, sound: Sound) -> tuple[NDArray[np.float64], floa
     budget = sound.budget
     absorption, scattering = _shares(scene, sound)
     histogram = trace_energy(
-        scene.geometry.mesh,
+        scene.geometry.mesh if sound.parts is None else sound.parts.mesh,
         absorption,
         scattering,
         sound.emitter.position[None],
@@ -44,10 +44,10 @@ def traced_energy(scene: Scene, sound: Sound) -> tuple[NDArray[np.float64], floa
 
 
 def _shares(scene: Scene, sound: Sound) -> tuple[FloatArray, FloatArray]:
-    """Return absorption and scattering, (surfaces, [classes,] bands)."""
+    """Return absorption and scattering, (surfaces or parts, [classes,] bands)."""
     if not sound.local:
         spread = sound.scattering
         none = np.zeros_like(scene.absorption)
         return scene.absorption, none if spread is None else spread
-    met = sound.by_class(_CLASSES)
+    met = sound.by_class(_CLASSES, sound.parts)
     return np.clip(1.0 - met.pressure**2, 0.0, 1.0), met.scattered

@@ -7,21 +7,18 @@ import numpy as np
 
 from rir.arrays import FloatArray, IntArray
 from rooms.mesh import MeshGeometry
+from rooms.panels.kinds import kinds_of
 from rooms.panels.rims import Rims, rims_of
 from rooms.panels.strength import Faces, mirror_strength
 from rooms.reflection import Bounces, Reflection
 
-__all__ = ["FinitePanels", "finite_panels", "mean_strength"]
+__all__ = ["FinitePanels", "finite_panels", "mean_strengths"]
 
 _BLOCK = 4096
 """Reflections looked at in one go: 35 frequencies of each take 50 MB."""
 
 _PLACES = np.array([-0.5, 0.5]) / np.sqrt(3)
 """Where a mean looks for the point of reflection along each side: Gauss's rule."""
-
-_KINDS = 64
-"""Kinds of panels that get a mean of their own, those with most area; others take that
-of the nearest kind. Each costs 5 ms."""
 
 _COSINES = np.array([0.05, 0.2, 0.4, 0.65, 1.0])
 """Cosines at which means are known; between them they are interpolated."""
@@ -31,9 +28,9 @@ _COSINES = np.array([0.05, 0.2, 0.4, 0.65, 1.0])
 class FinitePanels:
     """Reflections lose to scattering what a face of limited size does not mirror.
 
-    What the mirror loses is scattered, so that energy is kept. Where a mean over a
-    surface is asked for it is that of its panels, of places on them, and of the
-    directions in their plane.
+    What the mirror loses is scattered, so that energy is kept. Where the way of the
+    sound is not known the answer is a mean over places on a panel, or on all panels of
+    a surface, and over the directions in their plane.
 
     Parameters
     ----------
@@ -63,9 +60,8 @@ class FinitePanels:
             for first in range(0, len(rows), _BLOCK):
                 part = rows[first : first + _BLOCK]
                 strength[part] = self._known(bounces, bounces.way[part], part)
-        rest = np.nonzero(bounces.panel < 0)[0]
-        if len(rest):
-            strength[rest] = self._mean(bounces, rest)
+        else:
+            strength = self._mean(bounces)
         # where a face gathers sound there is more than all of it to mirror
         gathered = np.sqrt(np.maximum(strength, 1.0))
         changed = replace(reflection, pressure=reflection.pressure * gathered)
@@ -100,25 +96,31 @@ class FinitePanels:
         free : float
             Way before and after [m].
         """
-        table = self._table(free)
         # 2 cosine d(cosine) arrives at each angle
         edges = np.concatenate([[0.0], (_COSINES[1:] + _COSINES[:-1]) / 2, [1.0]])
-        return np.einsum("c,scb->sb", np.diff(edges**2), table)
+        return np.einsum("c,scb->sb", np.diff(edges**2), self._tables(free)[1])
 
-    def _table(self, free: float) -> FloatArray:
+    def _tables(self, free: float) -> tuple[FloatArray, FloatArray]:
         # what encloses no air has no mean free path
         free = free if free > 0 else self.geometry.diagonal
-        return mean_strength(self.geometry, tuple(self.bands), self.speed, free)
+        return mean_strengths(self.geometry, tuple(self.bands), self.speed, free)
 
-    def _mean(self, bounces: Bounces, rows: IntArray) -> FloatArray:
-        """Return the mean strength of surfaces at angles of incidence."""
-        table = self._table(float(bounces.before[rows[0]]))
-        cosine = np.clip(bounces.cosine[rows], _COSINES[0], _COSINES[-1])
+    def _mean(self, bounces: Bounces) -> FloatArray:
+        """Return mean strengths of panels or surfaces at angles of incidence."""
+        panels, surfaces = self._tables(float(bounces.before[0]))
+        cosine = np.clip(bounces.cosine, _COSINES[0], _COSINES[-1])
         above = np.clip(np.searchsorted(_COSINES, cosine), 1, len(_COSINES) - 1)
         low, high = _COSINES[above - 1], _COSINES[above]
         part = ((cosine - low) / (high - low))[:, None]
-        surface = bounces.surface[rows]
-        return (1 - part) * table[surface, above - 1] + part * table[surface, above]
+        below, beyond = (
+            np.where(
+                (bounces.panel >= 0)[:, None],
+                panels[bounces.panel, at],
+                surfaces[bounces.surface, at],
+            )
+            for at in (above - 1, above)
+        )
+        return (1 - part) * below + part * beyond
 
 
 def finite_panels(
@@ -131,53 +133,30 @@ def finite_panels(
 
 
 @lru_cache(maxsize=16)
-def mean_strength(
+def mean_strengths(
     geometry: MeshGeometry, bands: tuple[float, ...], speed: float, free: float
-) -> FloatArray:
-    """Return the mean strength of surfaces, shape (surfaces, cosines, bands).
+) -> tuple[FloatArray, FloatArray]:
+    """Return the mean strength of panels and of surfaces, (n, cosines, bands) each.
 
     Panels of about the same size and ends share one mean. Ways before and after are
     the mean free path `free` [m].
     """
     rims, panels = rims_of(geometry), geometry.panels
-    panel, side = np.nonzero(rims.limited)
-    kind, example = _kinds(rims, panel, side)
+    number, panel, side = kinds_of(geometry)
     means = [
-        _panel_mean(rims, int(panel[k]), int(side[k]), free, np.array(bands), speed)
-        for k in example
+        _panel_mean(rims, p, s, free, np.array(bands), speed)
+        for p, s in zip(panel.tolist(), side.tolist(), strict=True)
     ]
-    # row 0: panels without an end lose nothing
-    losses = 1 - np.array([np.ones((len(_COSINES), len(bands))), *means])
-    row = np.zeros((len(panels), 2), dtype=np.int64)
-    row[panel, side] = kind + 1
-    # a surface that sound meets from both sides counts half for each
-    area = geometry.face_areas / rims.met.sum(axis=1)[panels.of_face]
+    # kind 0 has no end and loses nothing
+    kinds = np.array([np.ones((len(_COSINES), len(bands))), *means])
+    met = np.where(rims.met.sum(axis=1, keepdims=True) > 0, rims.met, 1.0)
+    share = (met / met.sum(axis=1, keepdims=True))[:, :, None, None]
+    strengths = (kinds[number] * share).sum(axis=1)
     lost = np.zeros((geometry.surfaces, len(_COSINES), len(bands)))
-    for k in (0, 1):
-        met = losses[row[panels.of_face, k]] * area[:, None, None]
-        np.add.at(lost, geometry.face_surface, met)
-    own = np.bincount(geometry.face_surface, geometry.face_areas, geometry.surfaces)
-    return 1 - lost / np.maximum(own, 1e-300)[:, None, None]
-
-
-def _kinds(rims: Rims, panel: IntArray, side: IntArray) -> tuple[IntArray, IntArray]:
-    """Return the kind of each panel by size and ends, and an example of each."""
-    size = (rims.high - rims.low)[panel, side]
-    size = np.where(np.isfinite(size), np.log2(size), 10.0)
-    ends = [
-        part[panel, side].reshape(len(panel), 4) for part in (rims.bend, rims.passage)
-    ]
-    gap = rims.gap[panel, side].reshape(len(panel), 4)
-    gap = np.where(np.isfinite(gap), np.log2(np.maximum(gap, 1e-3)), 10.0)
-    traits = np.round(2 * np.concatenate([size, *ends, gap], axis=1))
-    kinds, kind = np.unique(traits, axis=0, return_inverse=True)
-    kind = kind.ravel()
-    area = np.bincount(kind, rims.area[panel], len(kinds))
-    most = np.argsort(-area, kind="stable")[:_KINDS]
-    apart = np.abs(kinds[:, None] - kinds[most]).sum(axis=2)
-    kind = apart.argmin(axis=1)[kind] if len(kinds) else kind
-    example = np.array([np.argmax(kind == k) for k in range(len(most))], np.int64)
-    return kind, example
+    area = geometry.face_areas * rims.met.sum(axis=1)[panels.of_face]
+    away = area[:, None, None] * (1 - strengths[panels.of_face])
+    np.add.at(lost, geometry.face_surface, away)
+    return strengths, 1 - lost / np.maximum(geometry.areas, 1e-300)[:, None, None]
 
 
 def _panel_mean(

@@ -52,8 +52,8 @@ class Rims:
         What follows at each end (low, high) of each axis, see `Faces`.
     area : ndarray, shape (P,)
         Area of each panel [m²].
-    met : ndarray of bool, shape (P, 2)
-        Whether the room may lie on a side.
+    met : ndarray, shape (P, 2)
+        Share of each side that the room lies on.
     """
 
     axes: FloatArray
@@ -64,12 +64,14 @@ class Rims:
     passage: FloatArray
     gap: FloatArray
     area: FloatArray
-    met: NDArray[np.bool_]
+    met: FloatArray
 
     @property
     def limited(self) -> NDArray[np.bool_]:
-        """Whether sound meets a panel on a side and finds an end, shape (P, 2)."""
-        return np.any(self.bend > _SLIGHT, axis=(2, 3)) & self.met
+        """Whether a panel ends, seen from a side that lies in the room, (P, 2)."""
+        # what lies in no room is met from both sides
+        met = (self.met > 0) | ~np.any(self.met > 0, axis=1, keepdims=True)
+        return np.any(self.bend > _SLIGHT, axis=(2, 3)) & met
 
 
 @lru_cache(maxsize=16)
@@ -91,7 +93,7 @@ def rims_of(geometry: MeshGeometry) -> Rims:
     _unfold(low, high, (bend, passage, gap), mirrored)
     area = np.zeros(count)
     np.add.at(area, panels.of_face, geometry.face_areas)
-    met = np.stack([np.ones(count, dtype=bool), ~panels.sided], axis=1)
+    met = _met(geometry)
     return Rims(axes, center, low, high, bend, passage, gap, area, met)
 
 
@@ -116,6 +118,23 @@ def _rectangles(
         spread = np.sqrt(3 * (area @ square) / (12 * area.sum()))
         half[panel] = spread * np.sqrt(area.sum() / (4 * np.prod(spread)))
     return axes, center, half
+
+
+def _met(geometry: MeshGeometry) -> FloatArray:
+    """Return how much of each side of panels lies in the room, shape (P, 2)."""
+    panels = geometry.panels
+    if geometry.watertight:
+        one_sided = np.asarray(panels.sided, dtype=float)
+        return np.stack([np.ones(len(panels)), 1.0 - one_sided], axis=1)
+    normal = geometry.tables.planes[:, :3]
+    along = np.einsum("fs,fs->f", normal, panels.normal[panels.of_face]) > 0
+    # of the sides against and along a triangle's normal, first the panel's own
+    against, ahead = geometry.reach.sides.T * geometry.face_areas
+    met = np.zeros((len(panels), 2))
+    np.add.at(met[:, 0], panels.of_face, np.where(along, ahead, against))
+    np.add.at(met[:, 1], panels.of_face, np.where(along, against, ahead))
+    area = np.bincount(panels.of_face, geometry.face_areas, len(panels))
+    return met / area[:, None]
 
 
 def _axes(hull: FloatArray, normal: FloatArray) -> FloatArray:

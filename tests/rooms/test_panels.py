@@ -11,7 +11,7 @@ from rooms.builtin import load_scene
 from rooms.diffraction import diffracted_paths
 from rooms.effects import EFFECTS, Tolerance
 from rooms.mesh import MeshGeometry
-from rooms.panels import finite_panels, mirror_strength, rims_of
+from rooms.panels import finite_panels, mirror_strength, parts_of, rims_of
 from rooms.panels.strength import Faces
 from rooms.panels.strips import strip_mean, strip_table
 from rooms.reflection import Bounces, Reflection
@@ -228,6 +228,25 @@ def test_a_mirrored_path_over_a_reflector_follows_its_size():
     aside = [-2.5, 0.001, 4.33], [[6.5, 0.001, 4.33]]
     left = diffracted_paths(scene.geometry.mesh, *aside, **options, fading_mirrors=True)
     assert len(left) > 0
+
+
+def test_rays_tell_the_panels_of_one_surface_apart():
+    room = hall()
+    mesh, surface, panel = parts_of(room)
+    assert len(surface) == mesh.surfaces == 2
+    assert mesh.areas == pytest.approx([504, 14.4], rel=0.01)
+    scene = Scene.of_geometry(room, 0.1)
+    ends = Pose.at(2, 5, 1.5), Poses.of([Pose.at(9, 4, 1.2)])
+    sound = Sound(scene, *ends, Budget(16000, 1600))
+    EFFECTS["panels"].apply(scene, sound)
+    cosines = np.array([0.2, 0.6, 1.0])
+    whole, parts = sound.table(cosines), sound.table(cosines, sound.parts)
+    assert np.all(parts.scattered[0] == 0)
+    assert np.all(parts.scattered[1, :, :2] > 0.6)
+    share = mesh.areas / mesh.areas.sum()
+    mean = np.einsum("p,pcb->cb", share, parts.scattered)
+    assert mean == pytest.approx(whole.scattered[0], abs=1e-3)
+    assert panel.tolist() == sorted(panel.tolist())
 
 
 def test_the_planner_asks_for_sizes():
