@@ -29,7 +29,7 @@ from rooms.mesh import MeshGeometry
 from rooms.places import random_places
 
 KINDS = ("level_db", "clarity_db", "reverberation_percent", "early_decay_percent")
-ALWAYS_OFF = ("motion", "hardware")
+ALWAYS_OFF = ("hardware",)
 FADE = 0.03  # s: two periods of the lowest octave's lower edge
 BOX_ONLY = ("transmission", "modes", "diffraction")
 

@@ -134,7 +134,7 @@ def load_scene(name_or_path: str | Path, materials: Any = None) -> Scene:
     UnknownNameError
         If it is none of these; lists the built-in names.
     SceneError
-        If a folder holds no mesh.
+        If a folder holds no mesh, or materials are stated for what has its own.
 
     Examples
     --------
@@ -147,6 +147,11 @@ def load_scene(name_or_path: str | Path, materials: Any = None) -> Scene:
             f" {', '.join(SCENES)}"
         )
     path = Path(name_or_path)
+    meshed = path.is_dir() or path.suffix.lower() in _MESHES
+    if materials is not None and not meshed:
+        raise SceneError(
+            f"{name_or_path} has materials of its own; state materials for a mesh only"
+        )
     if path.suffix in (".yaml", ".yml"):
         return _from_room_file(path)
     if path.is_dir():

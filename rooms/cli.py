@@ -104,6 +104,10 @@ def simulate_room(
             told = f"it contradicts {flag}: leave one of them out"
             raise typer.BadParameter(told, param_hint="--only")
     measured = read_measured(compare) if compare is not None else None
+    if out is not None:
+        from rooms.writing import check_target
+
+        check_target(out, ()) if cost else check_target(out)
     bare = load_scene(scene, material)
     loaded = replace(
         bare,
@@ -183,7 +187,8 @@ def _carry_out(
             return
     places = _completed(scene, stated, effort["seed"])
     if cost:
-        _show_cost(console, scene, places, options, out)
+        asked = plan.tolerance.clarity_db
+        _show_cost(console, scene, places, options, asked, out)
         return
     result = simulate(scene, *places, **options, **effort, plan=plan)
     console.out(f"effects: {', '.join(plan.on)}")
@@ -266,11 +271,15 @@ def _show_cost(
     scene: "Scene",
     places: tuple[Any, Any],
     options: dict[str, Any],
+    tolerance_db: float,
     out: Path | None,
 ) -> None:
+    from math import isfinite
+
     from rir import Poses
     from rooms.cost import measure_knobs
     from rooms.display import cost_table
+    from rooms.effects import Tolerance
 
     fixed = {key: options[key] for key in ("sample_rate", "duration")}
     ends = (Poses.of(place) for place in places)
@@ -279,6 +288,9 @@ def _show_cost(
             scene,
             *ends,
             **fixed,
+            tolerance_db=tolerance_db
+            if isfinite(tolerance_db)
+            else Tolerance.clarity_db,
             on_run=lambda text: status.update(f"measuring {text}"),
         )
     for curve in curves:

@@ -17,6 +17,7 @@ from rooms.effects import Tolerance
 from rooms.plan import plan_effects
 from rooms.scene import Scene
 from rooms.simulation import simulate
+from rooms.sound import Work
 
 __all__ = ["measure_knobs"]
 
@@ -28,6 +29,7 @@ _MESH_ORDERS = (0, 1, 2, 3, 4, 5)
 _SHARES = (0.125, 0.25, 0.5, 0.75)
 _BANDS = (1, 2, 4, 7)
 _TOLERANCES = (0.1, 0.5, 1.0, 2.0, 4.0)
+_ACCURACIES = (0.1, 0.25, 0.5, 1.0, 2.0)  # dB of C50
 _BEST_RAYS = 64_000  # four times the finest setting: half its chance error
 _LEAST = 0.001  # dB of C50: differences below are rounding, see `measure_knobs`
 
@@ -53,6 +55,7 @@ def measure_knobs(
     *,
     sample_rate: int,
     duration: float,
+    tolerance_db: float = Tolerance.clarity_db,
     repeats: int = 2,
     clock: Callable[[], float] = time.process_time,
     on_run: Callable[[str], None] | None = None,
@@ -67,6 +70,8 @@ def measure_knobs(
         The pairs to take the mean over.
     sample_rate, duration : float
         Rate [Hz] and length [s] of the reference.
+    tolerance_db : float
+        Of C50 [dB]: what is recommended is the cheapest setting within it.
     repeats : int
         Runs of each setting.
     clock : callable
@@ -84,7 +89,8 @@ def measure_knobs(
     scene = plan_effects(scene, sample_rate=sample_rate, duration=duration).stage(scene)
     boxed = scene.geometry.lattice
     best = {} if boxed else {"rays": _BEST_RAYS, "max_order": _MESH_ORDERS[-1]}
-    fixed = {"sample_rate": sample_rate, "duration": duration, **best}
+    lean: dict[str, Any] = {"sample_rate": sample_rate, "duration": duration}
+    fixed = lean | best
     heard = scene.bands[scene.bands < sample_rate / 2]
 
     def run(setting: Setting, _: object = None) -> FloatArray:
@@ -106,12 +112,13 @@ def measure_knobs(
         return lambda setting: tell(f"{knob} {setting}")
 
     def make(setting: Setting, *places: Poses) -> FloatArray:
-        options = fixed | setting[1]
+        options = (lean if "tolerance" in setting[1] else fixed) | setting[1]
         room = options.pop("scene", scene)
-        plan = None
-        if "tolerance" in options:
-            plan = plan_effects(room, **options)
-            options.pop("tolerance")
+        plan = plan_effects(room, **options)
+        if "tolerance" not in options:
+            # one knob is turned, all others are at their best
+            plan = replace(plan, work=Work())
+        options.pop("tolerance", None)
         return simulate(room, *places, **options, plan=plan).responses
 
     def clarity(responses: FloatArray) -> FloatArray:
@@ -119,8 +126,9 @@ def measure_knobs(
 
     if on_run:
         on_run("reference")
-    truth = clarity(run(("reference", {"tolerance": scaled_tolerance(0.01)})))
-    return [
+    strict = {"tolerance": scaled_tolerance(0.01), **best}
+    truth = clarity(run(("reference", strict)))
+    curves = [
         measure_cost(
             knob,
             settings,
@@ -140,14 +148,28 @@ def measure_knobs(
         )
         for knob, settings in knobs_of(scene, duration).items()
     ]
+    return [replace(curve, knee=cheapest(curve, tolerance_db)) for curve in curves]
+
+
+def cheapest(curve: CostCurve, tolerance: float) -> int:
+    """Return the cheapest setting within a tolerance, or else the most exact one."""
+    known = [
+        k
+        for k, point in enumerate(curve.points)
+        if np.isfinite(point.error) and np.isfinite(point.seconds)
+    ]
+    within = [k for k in known if curve.points[k].error <= tolerance]
+    if within:
+        return min(within, key=lambda k: curve.points[k].seconds)
+    return min(known, key=lambda k: curve.points[k].error, default=-1)
 
 
 def knobs_of(scene: Scene, duration: float) -> dict[str, list[Setting]]:
     """Return the knobs of a scene, each with its named options of `simulate`.
 
     Reflection order; rays, unless the scene needs none; length; number of bands
-    told apart; and the tolerance that effects left off must keep, as a multiple of
-    the just-noticeable differences.
+    told apart; the tolerance that a plan must keep, as a multiple of the
+    just-noticeable differences; and an accuracy of C50 alone.
     """
     boxed = scene.geometry.lattice
     orders = _ORDERS if boxed else _MESH_ORDERS
@@ -164,6 +186,10 @@ def knobs_of(scene: Scene, duration: float) -> dict[str, list[Setting]]:
     knobs["tolerance"] = [
         (f"x{factor:g}", {"tolerance": scaled_tolerance(factor)})
         for factor in _TOLERANCES
+    ]
+    knobs["accuracy"] = [
+        (f"C50 {db:g} dB", {"tolerance": Tolerance.of({"clarity_db": db})})
+        for db in _ACCURACIES
     ]
     return knobs
 

@@ -46,6 +46,7 @@ def make_dataset(
     Run again after an interruption: finished blocks are kept.
     """
     from rooms.factory import Recipe
+    from rooms.writing import check_target
 
     recipe = Recipe(
         scene=scene,
@@ -61,6 +62,7 @@ def make_dataset(
         seed=seed,
     )
     target = out or Path(f"{Path(scene).stem}-{gains}.h5")
+    check_target(target, (".h5",))
     _carry_out(recipe, target, workers, scheduler, dry_run)
 
 

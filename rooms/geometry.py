@@ -60,6 +60,11 @@ class Geometry(Protocol):
         ...
 
     @property
+    def volume_error(self) -> float:
+        """Standard error of the volume [m³]; 0 where surfaces enclose it."""
+        ...
+
+    @property
     def open_share(self) -> float:
         """Share of the directions from points in the room that meet no surface."""
         ...
@@ -103,6 +108,7 @@ class Shoebox:
     report: tuple[str, ...] = field(default=(), init=False)
     estimates: tuple[str, ...] = field(default=(), init=False)
     open_share: float = field(default=0.0, init=False)
+    volume_error: float = field(default=0.0, init=False)
     lattice: bool = field(default=True, init=False)
     convex: bool = field(default=True, init=False)
     watertight: bool = field(default=True, init=False)

@@ -37,6 +37,16 @@ class EffectPlan:
         """Names of the effects that are on, in order of application."""
         return [name for name, verdict in self.verdicts.items() if verdict.on]
 
+    def expected(self, scene: Scene) -> Scene:
+        """Return a scene whose mean flow of energy is the plan's, for predictions."""
+        for name, verdict in self.verdicts.items():
+            effect = EFFECTS[name]
+            if verdict.on:
+                scene = effect.within(effect.stage(scene))
+            else:
+                scene = effect.without(scene)
+        return scene
+
     def stage(self, scene: Scene) -> Scene:
         """Return the scene as the effects that are on make it, to be simulated."""
         for name in self.on:

@@ -1,5 +1,6 @@
 """Predict room-acoustic parameters from the mean energy flow, without simulating."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -60,12 +61,9 @@ def predict_parameters(
     scene: Scene,
     duration: float,
     *,
-    scattering: bool = True,
-    air: bool = True,
-    reflections: bool = True,
     until: float = np.inf,
 ) -> Parameters:
-    """Predict the parameters of a typical pair of places, with effects on or off.
+    """Predict the parameters of a typical pair of places from the mean flow of energy.
 
     Parameters
     ----------
@@ -73,24 +71,19 @@ def predict_parameters(
         Any scene; shapes other than boxes are taken as `equivalent_box`.
     duration : float
         Length of the response [s].
-    scattering, air, reflections : bool
-        What is in force.
     until : float
         When the response ends, if sooner [s].
     """
     box = equivalent_box(scene)
     times = (np.arange(_STEPS) + 0.5) * duration / _STEPS
-    flow = energy_flow(box, times, scattering=box.scattering if scattering else None)
+    flow = energy_flow(box, times, scattering=box.scattering)
     energy = (flow.images + flow.scattered) * duration / _STEPS
     distance = max(0.4 * float(np.cbrt(box.geometry.volume)), 1e-3)
     energy[times < distance / box.speed_of_sound] = 0.0
     energy[times > until] = 0.0
-    if not reflections:
-        energy[:] = 0.0
     direct = np.full(energy.shape[1], 1 / distance**2)
-    if air:
-        energy *= np.exp(-box.air_loss * box.speed_of_sound * times[:, None])
-        direct *= np.exp(-box.air_loss * distance)
+    energy *= np.exp(-box.air_loss * box.speed_of_sound * times[:, None])
+    direct *= np.exp(-box.air_loss * distance)
     return _parameters(energy, direct, times, distance / box.speed_of_sound)
 
 
@@ -120,7 +113,10 @@ def _times(
 
 
 def predicted_errors(
-    scene: Scene, duration: float, sample_rate: int, **off: bool
+    scene: Scene,
+    duration: float,
+    sample_rate: int,
+    without: Callable[[Scene], Scene],
 ) -> dict[str, float]:
     """Predict what leaving something off changes, the worst octave of each kind.
 
@@ -132,12 +128,18 @@ def predicted_errors(
         Length of the response [s].
     sample_rate : int
         Octaves above half of it do not count [Hz].
-    **off : bool
-        What is left off, as the switches of `predict_parameters`: ``air=False``.
+    without : callable
+        (scene) -> the scene without it, as `rooms.effects.Effect.without`.
     """
     full = predict_parameters(scene, duration)
-    less = predict_parameters(scene, duration, **off)
+    less = predict_parameters(_changed(scene, without), duration)
     return differences(full, less, scene.bands < sample_rate / 2)
+
+
+@lru_cache(maxsize=64)
+def _changed(scene: Scene, change: Callable[[Scene], Scene]) -> Scene:
+    # the same scene each time, so that its prediction is found again
+    return change(scene)
 
 
 def differences(

@@ -313,6 +313,11 @@ class Scene:
                 f"no scattering is stated for {shown_}: they mirror only, and such"
                 " rooms decay more slowly than real ones",
             )
+        if self.emitter_speed > 0:
+            told += (
+                f"the emitter moves at {self.emitter_speed:g} m/s: a response is that"
+                " of the instant of emission; rooms.motion renders a list of poses",
+            )
         return told + self.notes
 
     @property

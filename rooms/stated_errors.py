@@ -33,10 +33,6 @@ _SCATTERING = 0.05
 """Standard error of a scattering coefficient: the step in which they are tabulated
 (ISO 17497-1:2004, annex A, states errors of that size)."""
 
-_OPEN_VOLUME = 0.1
-"""Standard error of the volume of an open mesh, as a share: where the missing surfaces
-would stand is a guess."""
-
 _UNTOLD = 100.0
 """Percent for a decay that the response is too short to tell."""
 
@@ -90,13 +86,15 @@ def stated_errors(
     ----------
     ISO 12999-2:2020 and ISO 17497-1:2004, for the errors of wall data.
     """
+    made = plan.stage(scene)
+    expected = plan.expected(scene)
     return {
         "sampling": together([sampling]),
-        "order": together([_order(scene, plan, budget)]),
-        "length": together([_length(scene, budget)]),
+        "order": together([_order(made, plan, budget)]),
+        "length": together([_length(expected, budget)]),
         "left off": together(_left_off(scene, plan, budget)),
-        "wall data": together(_wall_data(scene, budget)),
-        "volume": together(_volume(scene, budget)),
+        "wall data": together(_wall_data(expected, budget)),
+        "volume": together(_volume(made, expected, budget)),
     }
 
 
@@ -170,12 +168,13 @@ def _wall_data(scene: Scene, budget: Budget) -> list[dict[str, float]]:
     return _changes(box, changed, budget)
 
 
-def _volume(scene: Scene, budget: Budget) -> list[dict[str, float]]:
+def _volume(made: Scene, scene: Scene, budget: Budget) -> list[dict[str, float]]:
     """Return what the error of an open mesh's volume changes."""
-    if scene.geometry.watertight:
+    error = made.geometry.volume_error / max(made.geometry.volume, 1e-9)
+    if not error:
         return []
     box = equivalent_box(scene)
-    larger = Shoebox((1 + _OPEN_VOLUME) ** (1 / 3) * box.geometry.size)
+    larger = Shoebox((1 + error) ** (1 / 3) * box.geometry.size)
     return _changes(box, [replace(box, geometry=larger)], budget)
 
 

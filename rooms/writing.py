@@ -1,6 +1,7 @@
 """Write simulated responses to files."""
 
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,29 @@ from rir.errors import ConfigError
 from rooms.scene import Scene
 from rooms.simulation import Simulation
 
-__all__ = ["write_simulation"]
+__all__ = ["check_target", "write_simulation"]
+
+_KINDS = (".h5", ".npz", ".wav")
+
+
+def check_target(path: Path, kinds: tuple[str, ...] = _KINDS) -> None:
+    """Check, before anything is computed, that a file can be written.
+
+    Raises
+    ------
+    ConfigError
+        If the name ends in none of the kinds, or no file can be written there.
+    """
+    if kinds and path.suffix not in kinds:
+        raise ConfigError(f"cannot write {path.name}: end it in {', '.join(kinds)}")
+    if path.is_dir():
+        raise ConfigError(f"cannot write {path}: it is a folder; name a file")
+    folder = next((up for up in path.absolute().parents if up.exists()), path)
+    if not folder.is_dir():
+        raise ConfigError(f"cannot write {path}: {folder} is no folder")
+    written = path if path.exists() else folder
+    if not os.access(written, os.W_OK):
+        raise ConfigError(f"cannot write {path}: no right to write to {written}")
 
 
 def write_simulation(

@@ -14,7 +14,6 @@ from rooms.effects.furniture import FURNITURE
 from rooms.effects.hardware import HARDWARE
 from rooms.effects.late import LATE
 from rooms.effects.modes import MODES
-from rooms.effects.motion import MOTION
 from rooms.effects.panels import PANELS
 from rooms.effects.patterns import PATTERNS
 from rooms.effects.scattering import SCATTERING
@@ -39,7 +38,6 @@ _ORDER = (
     TRANSMISSION,
     LATE,
     MODES,
-    MOTION,
     HARDWARE,
 )
 

@@ -120,6 +120,10 @@ class Effect:
     """(scene, sound) -> None; adds itself to the sound."""
     stage: Callable[[Scene], Scene] = _as_it_is
     """What the scene is for the effects that follow, once this one is on."""
+    within: Callable[[Scene], Scene] = _as_it_is
+    """A scene whose mean flow of energy is that with the effect on, for predictions."""
+    without: Callable[[Scene], Scene] = _as_it_is
+    """A scene whose mean flow of energy is that with the effect off."""
     after: str = ""
     """Effect that this one is applied right after; the last one when empty. Only
     effects of other packages need it: ours stand in their order."""

@@ -74,4 +74,6 @@ def apply(scene: Scene, sound: Sound) -> None:
         sound.fading_mirrors = True
 
 
-PANELS = Effect("panels", "faces of limited size scatter", needed, apply)
+PANELS = Effect(
+    "panels", "faces of limited size scatter", needed, apply, within=_rougher
+)

@@ -1,5 +1,7 @@
 """Scattering: rough surfaces take energy from the mirrors and spread it."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from rooms.effects.effect import Effect, Need, Tolerance, judged
@@ -20,9 +22,7 @@ def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Need:
     """Judge by what mirrors alone would do to decay, clarity and level."""
     if not np.any(scene.scattering):
         return Need(False, "no surface scatters")
-    errors = predicted_errors(
-        scene, budget.duration, budget.sample_rate, scattering=False
-    )
+    errors = predicted_errors(scene, budget.duration, budget.sample_rate, smooth)
     share = scattered_share(scene, budget)
     # what scatters arrives elsewhere in time: the fine structure of that share is
     # another, and an octave's level and slope follow with a few dozen degrees of
@@ -44,10 +44,17 @@ def scattered_share(scene: Scene, budget: Budget) -> float:
     return float(np.max(flow.scattered / np.maximum(total, 1e-300)))
 
 
+def smooth(scene: Scene) -> Scene:
+    """Return the scene with surfaces that mirror only."""
+    return replace(scene, scattering=np.zeros_like(scene.scattering))
+
+
 def apply(scene: Scene, sound: Sound) -> None:
     """Take the scattered share out of every mirror reflection."""
     if np.any(scene.scattering):
         sound.bounce_changes.append(ScatteredShare(scene.scattering))
 
 
-SCATTERING = Effect("scattering", "diffuse share of each reflection", needed, apply)
+SCATTERING = Effect(
+    "scattering", "diffuse share of each reflection", needed, apply, without=smooth
+)

@@ -1,5 +1,6 @@
 """Mirror reflections: image sources."""
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -33,14 +34,17 @@ _MOST_IMAGES = 2e9
 
 def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Need:
     """Judge by what the direct sound alone would sound like."""
-    errors = predicted_errors(
-        scene, budget.duration, budget.sample_rate, reflections=False
-    )
+    errors = predicted_errors(scene, budget.duration, budget.sample_rate, anechoic)
     kept = 100 * float(1 - scene.absorption.min())
     why = f"walls return up to {kept:.0f} % of the energy"
     reach = scene.speed_of_sound * budget.duration
     images = 4 / 3 * np.pi * reach**3 / scene.geometry.volume
     return judged(tolerance, errors, why, 3e-8 * min(images, 1e7))
+
+
+def anechoic(scene: Scene) -> Scene:
+    """Return the scene with surfaces that return nothing."""
+    return replace(scene, absorption=np.ones_like(scene.absorption), walls={})
 
 
 def apply(scene: Scene, sound: Sound) -> None:
@@ -173,4 +177,10 @@ def _corners(order: IntArray, rows: IntArray, point: FloatArray) -> FloatArray:
     return corners
 
 
-SPECULAR = Effect("specular", "mirror reflections (image sources)", needed, apply)
+SPECULAR = Effect(
+    "specular",
+    "mirror reflections (image sources)",
+    needed,
+    apply,
+    without=anechoic,
+)

@@ -287,6 +287,14 @@ class MeshGeometry:
             return 0.0
 
     @property
+    def volume_error(self) -> float:
+        """Standard error of the volume [m³]; 0 where surfaces enclose it."""
+        if len(self.shell):
+            return 0.0
+        # a hull around a wall or two says little of the air that sound is in
+        return self.reach.error if self.reach.volume > 0 else self.volume / 2
+
+    @property
     def open_share(self) -> float:
         """Share of the directions from points in the room that meet no surface."""
         return 0.0 if len(self.shell) else self.reach.open_share

@@ -12,6 +12,7 @@ from rooms.cli import main
 from rooms.effort import parse_accuracy
 from rooms.gains import load_gain
 from rooms.places import grid_places, random_places
+from rooms.writing import check_target
 
 FAST = ["--sample-rate", "8000", "--duration", "0.1"]
 
@@ -238,3 +239,20 @@ def test_a_plan_says_why():
     assert all(verdict.reason for verdict in plan.verdicts.values())
     everything = plan_effects(Scene.shoebox((6, 5, 3)), everything=True)
     assert set(everything.on) == set(everything.verdicts)
+
+
+@pytest.mark.parametrize(
+    ("name", "word"), [("made.txt", "end it in"), ("kept.h5/made.h5", "no folder")]
+)
+def test_a_target_is_checked_before_anything_is_computed(
+    tmp_path: Path, name: str, word: str
+):
+    (tmp_path / "kept.h5").write_text("a file")
+    with pytest.raises(ConfigError, match=word):
+        check_target(tmp_path / name)
+    check_target(tmp_path / "new" / "made.h5")
+
+
+def test_materials_are_for_meshes():
+    with pytest.raises(SceneError, match="materials of its own"):
+        load_scene("kitchen", "concrete")
