@@ -90,7 +90,7 @@ def measure_knobs(
     boxed = scene.geometry.lattice
     best = {} if boxed else {"rays": _BEST_RAYS, "max_order": _MESH_ORDERS[-1]}
     lean: dict[str, Any] = {"sample_rate": sample_rate, "duration": duration}
-    fixed = lean | best
+    fixed: dict[str, Any] = {**lean, **best}
     heard = scene.bands[scene.bands < sample_rate / 2]
 
     def run(setting: Setting, _: object = None) -> FloatArray:
@@ -112,7 +112,8 @@ def measure_knobs(
         return lambda setting: tell(f"{knob} {setting}")
 
     def make(setting: Setting, *places: Poses) -> FloatArray:
-        options = (lean if "tolerance" in setting[1] else fixed) | setting[1]
+        base = lean if "tolerance" in setting[1] else fixed
+        options: dict[str, Any] = {**base, **setting[1]}
         room = options.pop("scene", scene)
         plan = plan_effects(room, **options)
         if "tolerance" not in options:
