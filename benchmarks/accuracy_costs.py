@@ -129,9 +129,10 @@ def cheapest(points: list[dict[str, Any]]) -> dict[str, Any] | None:
 def draw(scenes: dict[str, list[dict[str, Any]]], path: Path) -> None:
     """Draw one panel for each scene."""
     from matplotlib.figure import Figure
+    from matplotlib.ticker import LogLocator, ScalarFormatter
 
     figure = Figure(figsize=(9.5, 7.5), layout="constrained")
-    grid = figure.subplots(2, 2, squeeze=False).ravel()
+    grid = figure.subplots(2, 2, squeeze=False, sharey=True).ravel()
     marks = dict(zip(("as planned", *_KNOBS), "Ps^Dovx*", strict=True))
     for axis, (name, points) in zip(grid, scenes.items(), strict=False):
         axis.axhline(JND, color="0.6", ls="--", lw=1)
@@ -140,8 +141,11 @@ def draw(scenes: dict[str, list[dict[str, Any]]], path: Path) -> None:
             own = [p for p in points if p["knob"] == knob]
             x = [1000 * p["seconds"] for p in own]
             y = [max(p["error"], LEAST) for p in own]
-            line = "" if knob in ("effect off", "as planned") else "-"
-            axis.plot(x, y, line, marker=mark, color=f"C{k}", lw=0.8, ms=6, label=knob)
+            line = "none" if knob in ("effect off", "as planned") else "-"
+            style = {"marker": mark, "color": f"C{k}", "lw": 0.8, "label": knob}
+            axis.plot(
+                x, y, linestyle=line, ms=8 if knob == "as planned" else 5, **style
+            )
             for p, a, b in zip(own, x, y, strict=True):
                 axis.annotate(
                     p["setting"], (a, b), xytext=(3, 3), fontsize=6,
@@ -151,6 +155,10 @@ def draw(scenes: dict[str, list[dict[str, Any]]], path: Path) -> None:
         if best is not None:
             place = 1000 * best["seconds"], max(best["error"], LEAST)
             axis.plot(*place, "o", ms=16, mfc="none", mec="k")
+        for ticks in (axis.xaxis, axis.yaxis):
+            ticks.set_major_locator(LogLocator(subs=(1, 2, 5)))
+            ticks.set_major_formatter(ScalarFormatter())
+            ticks.set_minor_locator(LogLocator(subs=()))
     for axis in grid[2:]:
         axis.set_xlabel("CPU ms a pair")
     for axis in grid[::2]:
