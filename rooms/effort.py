@@ -12,7 +12,13 @@ from rir.errors import SignalError
 from rir.physics import decibels
 from rooms.sound import Budget, Sound
 
-__all__ = ["Target", "parse_accuracy", "sampling_errors", "spread_errors"]
+__all__ = [
+    "Target",
+    "listed_energy",
+    "parse_accuracy",
+    "sampling_errors",
+    "spread_errors",
+]
 
 _KINDS = {
     "C50": "clarity_db",
@@ -21,6 +27,7 @@ _KINDS = {
     "LEVEL": "level_db",
 }
 _UNITS = {"C50": "dB", "T60": "%", "EDT": "%", "LEVEL": "dB"}
+_PAIRS = 8  # tell the mean error of any number of pairs to a tenth of it
 _FIRST_RAYS = 4000  # enough to estimate their own chance error
 _MOST_RAYS = 4_000_000  # a thousand times that: a thirtieth of the error
 
@@ -119,16 +126,25 @@ def sampling_errors(sound: Sound) -> dict[str, float]:
         return dict.fromkeys((*kinds, "early_decay_percent"), 0.0)
     histogram, step = sound.traced, sound.traced.time_step
     energy = histogram.energy[0]
-    paths = np.zeros_like(energy)
+    paths, arrival = listed_energy(sound, step, energy.shape[-1])
+    some = slice(None, None, max(1, len(energy) // _PAIRS))
+    error = histogram.error[0][some]
+    return spread_errors(energy[some], error, paths[some], step, arrival[some])
+
+
+def listed_energy(
+    sound: Sound, step: float, bins: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return the energy of paths, (listeners, bands, bins), and first arrivals [s]."""
+    paths = np.zeros((len(sound.listeners), len(sound.scene.bands), bins))
     for arrivals in sound.arrivals:
         at = (arrivals.delay / step).astype(int)
-        inside = at < energy.shape[-1]
+        inside = at < bins
         for band in range(paths.shape[1]):
             where = arrivals.listener[inside], np.full(inside.sum(), band), at[inside]
             np.add.at(paths, where, arrivals.gain[inside, band] ** 2)
     way = np.linalg.norm(sound.listeners.positions - sound.emitter.position, axis=1)
-    arrival = way / sound.scene.speed_of_sound
-    return spread_errors(energy, histogram.error[0], paths, step, arrival)
+    return paths, way / sound.scene.speed_of_sound
 
 
 def spread_errors(

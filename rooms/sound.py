@@ -37,6 +37,9 @@ class Work:
     """Rays per trace where none are asked for; None for the most that are usual."""
     images_until: float = float("inf")
     """Latest arrival of the single images of a box [s]: waves carry all later ones."""
+    traced_until: float = float("inf")
+    """Latest time that rays are traced for each pair [s]: all later energy is the mean
+    of the room."""
     cells_per_wave: float = 10.0
     """Cells of the wave grid per wavelength at its highest frequency."""
     moments: int = 8

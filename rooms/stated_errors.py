@@ -13,7 +13,7 @@ from rooms.plan import EffectPlan, plan_effects
 from rooms.predict import differences, equivalent_box, predict_parameters
 from rooms.scene import Scene
 from rooms.sound import Budget
-from rooms.work import images_error
+from rooms.work import images_error, mixed_error
 
 __all__ = ["ERROR_KINDS", "stated_errors", "together"]
 
@@ -75,7 +75,8 @@ def stated_errors(
     Returns
     -------
     dict
-        "sampling": rays; "order": reflections that are listed no longer, or lost;
+        "sampling": rays; "order": reflections that are listed no longer, or traced no
+        longer for each pair, or lost;
         "length": what comes after the end of the response; "left off": effects that
         are off, as predicted by the planner; "wall data": absorption and scattering,
         whose own errors are guessed from those of laboratories; "volume": that of an
@@ -88,6 +89,7 @@ def stated_errors(
     """
     made = plan.stage(scene)
     expected = plan.expected(scene)
+    scene = plan.stage(scene)
     return {
         "sampling": together([sampling]),
         "order": together([_order(made, plan, budget)]),
@@ -109,7 +111,10 @@ def _order(scene: Scene, plan: EffectPlan, budget: Budget) -> dict[str, float]:
     if "late" not in plan.on:
         return missing_energy(scene, budget)
     if not scene.geometry.lattice or budget.rays is not None:
-        return {}  # rays carry on exactly, but for their chance
+        if budget.rays is not None or plan.work.traced_until >= budget.duration:
+            return {}  # rays carry on exactly, but for their chance
+        size = budget.sample_rate, budget.n_samples, budget.max_order
+        return mixed_error(scene, *size, tuple(plan.on), plan.work.traced_until)
     free = 4 * scene.geometry.volume / scene.geometry.areas.sum()
     order = np.inf if budget.max_order is None else budget.max_order
     until = min(order * free / scene.speed_of_sound, plan.work.images_until)

@@ -5,17 +5,24 @@ from functools import lru_cache
 
 import numpy as np
 
+from rir import Poses
 from rir.arrays import FloatArray
 from rir.errors import SceneError
 from rooms.effects import EFFECTS, Tolerance
 from rooms.effects.scattering import scattered_share
-from rooms.effort import decay_parameters, sampling_errors
+from rooms.effects.traced import pool_of, with_tail
+from rooms.effort import (
+    decay_parameters,
+    listed_energy,
+    sampling_errors,
+    spread_errors,
+)
 from rooms.energy_flow import energy_flow
 from rooms.places import random_places
 from rooms.scene import Scene
 from rooms.sound import Budget, Sound, Work
 
-__all__ = ["choose_work", "images_error"]
+__all__ = ["choose_work", "images_error", "mixed_error"]
 
 _RAYS_SHARE = 0.2
 """What part of the tolerance the rays' chance may take, as a standard error: the worst
@@ -51,6 +58,12 @@ what they move."""
 _UNEVEN = 0.6
 """How far the images' energy at single places strays from the mean of the room."""
 
+_MIXED_SHARE = 0.2
+"""What part of the tolerance a common tail may take, as a standard error of places."""
+
+_MIXED = (0.032, 0.048, 0.064, 0.1, 0.152, 0.2)
+"""Times from which sound may count as mixed [s]: whole steps of a trace."""
+
 _STEPS = 100  # 200 move no end that is chosen
 
 _CANDIDATES = np.array([0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9])
@@ -79,9 +92,13 @@ def choose_work(
     until = np.inf
     if boxed and "specular" in on:
         until = _images_until(scene, budget, tolerance)
+    mixed = np.inf
+    if not boxed and "late" in on and budget.rays is None:
+        mixed = _traced_until(scene, budget, tolerance, tuple(on))
     return Work(
-        rays=None if boxed else _rays(scene, budget, tolerance, tuple(on)),
+        rays=None if boxed else _rays(scene, budget, tolerance, tuple(on), mixed),
         images_until=until,
+        traced_until=mixed,
         cells_per_wave=_COARSE_CELLS if stepped else Work.cells_per_wave,
         moments=_COARSE_MOMENTS if coarse else Work.moments,
         directions=_CELLS if coarse else Work.directions,
@@ -98,12 +115,20 @@ def _excess(errors: dict[str, float], tolerance: Tolerance, share: float) -> flo
 
 
 def _rays(
-    scene: Scene, budget: Budget, tolerance: Tolerance, on: tuple[str, ...]
+    scene: Scene,
+    budget: Budget,
+    tolerance: Tolerance,
+    on: tuple[str, ...],
+    mixed: float,
 ) -> int | None:
     """Return the rays a trial says are needed: errors fall with their root."""
     if budget.rays is not None or "late" not in on:
         return None
-    errors = _trial(scene, budget.sample_rate, budget.n_samples, budget.max_order, on)
+    size = budget.sample_rate, budget.n_samples, budget.max_order
+    errors = _trial(scene, *size, on, mixed)
+    if mixed < budget.duration:
+        wanted = _PILOT_RAYS * _excess(errors, tolerance, _RAYS_SHARE) ** 2
+        return int(np.clip(wanted, _FEWEST_RAYS, _MOST_RAYS))
     # the end of a decay that mirrors carry comes by few rays, which a trial misses
     share = scattered_share(scene, budget) if "scattering" in on else 0.0
     few = max(share, _FEWEST_RAYS / _MOST_RAYS) ** -0.5
@@ -120,17 +145,128 @@ def _trial(
     n_samples: int,
     max_order: int | None,
     on: tuple[str, ...],
+    mixed: float,
 ) -> dict[str, float]:
     """Return the errors of a trace with few rays between a few random places."""
     try:
         places = random_places(scene, _PILOT_PLACES, np.random.default_rng(0))
     except SceneError:
         return {"level_db": np.inf}
-    budget = Budget(sample_rate, n_samples, max_order, _PILOT_RAYS)
+    work = Work(traced_until=mixed)
+    budget = Budget(sample_rate, n_samples, max_order, _PILOT_RAYS, work=work)
     sound = Sound(scene, places[0], places[1:], budget)
     for name in on:
         EFFECTS[name].apply(scene, sound)
     return sampling_errors(sound)
+
+
+def _traced_until(
+    scene: Scene, budget: Budget, tolerance: Tolerance, on: tuple[str, ...]
+) -> float:
+    """Return from when on the places of a room may share one tail [s]."""
+    size = budget.sample_rate, budget.n_samples, budget.max_order
+    for until in (t for t in _MIXED if t < budget.duration):
+        errors = mixed_error(scene, *size, on, until)
+        if _excess(errors, tolerance, _MIXED_SHARE) <= 1:
+            return until
+    return np.inf
+
+
+@lru_cache(maxsize=64)
+def mixed_error(
+    scene: Scene,
+    sample_rate: int,
+    n_samples: int,
+    max_order: int | None,
+    on: tuple[str, ...],
+    until: float,
+) -> dict[str, float]:
+    """Return how far places stray that share their late sound, as a standard error.
+
+    Parameters
+    ----------
+    scene : Scene
+        A mesh.
+    sample_rate, n_samples, max_order : int
+        Of the budget.
+    on : tuple of str
+        Effects that are on.
+    until : float
+        From when the sound is shared [s].
+    """
+    try:
+        pairs = _pool_pairs(scene, sample_rate, n_samples, max_order, on)
+    except SceneError:
+        return {"level_db": np.inf}
+    energy, error, paths, step, arrival = pairs
+    count = round(until / step)
+    shared = with_tail(energy[..., :count], energy.mean(axis=0))
+    heard = scene.bands < sample_rate / 2
+    heard[0] = True
+    own, common = (
+        decay_parameters(part + paths, step, arrival)[:, :, heard]
+        for part in (energy, shared)
+    )
+    # what rays stray by is no difference between places
+    late = np.where(np.arange(energy.shape[-1]) < count, 0.0, error)
+    chance = spread_errors(shared, late, paths, step, arrival)
+    stray = common - own
+    with np.errstate(invalid="ignore", divide="ignore"):
+        stray[2:] *= 100 / own[2:]
+        worst = np.sqrt(np.nanmax(np.nanmean(stray**2, axis=1), axis=1))
+    found = dict(zip(chance, worst.tolist(), strict=True))
+    return {
+        kind: float(np.sqrt(max(np.nan_to_num(value) ** 2 - chance[kind] ** 2, 0.0)))
+        for kind, value in found.items()
+    }
+
+
+_Pairs = tuple[FloatArray, FloatArray, FloatArray, float, FloatArray]
+
+
+@lru_cache(maxsize=8)
+def _pool_pairs(
+    scene: Scene,
+    sample_rate: int,
+    n_samples: int,
+    max_order: int | None,
+    on: tuple[str, ...],
+) -> _Pairs:
+    """Return energies, errors and paths of a pool's pairs, the step, and arrivals."""
+    budget = Budget(sample_rate, n_samples, max_order, _PILOT_RAYS)
+    first = _with_paths(scene, budget, on, random_places(scene, 2, _rng()))
+    pool = pool_of(scene, first)
+    step, bins = pool.histogram.time_step, pool.histogram.energy.shape[-1]
+    paths, arrivals = [], []
+    for emitter in pool.emitters:
+        ends = Poses.of([emitter, *pool.listeners])
+        listed, arrival = listed_energy(
+            _with_paths(scene, budget, on, ends), step, bins
+        )
+        paths.append(listed)
+        arrivals.append(arrival)
+    times = step * (np.arange(bins) + 0.5)
+    fade = np.exp(-np.outer(scene.air_loss, times) * scene.speed_of_sound)
+    energy, error = (
+        part.reshape(-1, *part.shape[2:]) * fade
+        for part in (pool.histogram.energy, pool.histogram.error)
+    )
+    return energy, error, np.concatenate(paths) * fade, step, np.concatenate(arrivals)
+
+
+def _rng() -> np.random.Generator:
+    return np.random.default_rng(0)
+
+
+def _with_paths(
+    scene: Scene, budget: Budget, on: tuple[str, ...], ends: Poses
+) -> Sound:
+    """Return all that is listed from the first place to the others."""
+    sound = Sound(scene, ends[0], ends[1:], budget)
+    for name in on:
+        if name != "late":
+            EFFECTS[name].apply(scene, sound)
+    return sound
 
 
 def _images_until(scene: Scene, budget: Budget, tolerance: Tolerance) -> float:
