@@ -111,7 +111,7 @@ def _order(scene: Scene, plan: EffectPlan, budget: Budget) -> dict[str, float]:
     if "late" not in plan.on:
         return missing_energy(scene, budget)
     if not scene.geometry.lattice or budget.rays is not None:
-        if budget.rays is not None or plan.work.traced_until >= budget.duration:
+        if plan.work.traced_until >= budget.duration:
             return {}  # rays carry on exactly, but for their chance
         size = budget.sample_rate, budget.n_samples, budget.max_order
         return mixed_error(scene, *size, tuple(plan.on), plan.work.traced_until)

@@ -167,6 +167,8 @@ def _traced_until(
     size = budget.sample_rate, budget.n_samples, budget.max_order
     for until in (t for t in _MIXED if t < budget.duration):
         errors = mixed_error(scene, *size, on, until)
+        if not np.isfinite(errors["level_db"]):
+            return np.inf  # no free places to tell by
         if _excess(errors, tolerance, _MIXED_SHARE) <= 1:
             return until
     return np.inf

@@ -1,11 +1,14 @@
 """Furniture of a box: what stands in it, what it hides, what remains of the air."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from rir import RoomSpec
 from rir.errors import SceneError
 from rooms import Scene, plan_effects, simulate
+from rooms.builtin import load_scene
 from rooms.furniture import Furniture
 from rooms.presets import PRESETS, load_room
 
@@ -81,6 +84,36 @@ def test_what_is_small_is_left_off_and_the_presets_are_furnished():
     assert {"furniture", "diffraction", "modes"} <= set(kitchen.on)
     assert "refrigerator (reflects 90 %" in kitchen.verdicts["furniture"].reason
     assert "assumed wooden" in kitchen.verdicts["furniture"].reason
+
+
+def test_a_mixed_tail_is_shared_and_what_comes_before_is_not():
+    # two rooms behind a door have a slope each; one has a single slope everywhere
+    options = {"sample_rate": 8000, "duration": 0.3}
+    scene = Scene.from_room(room(CUPBOARD))
+    plan = plan_effects(scene, **options, only=None, without=["modes", "diffraction"])
+    until = plan.work.traced_until
+    assert 0.03 < until < 0.3
+    places = [1.5, 1.0, 1.2], [[4.5, 1.0, 1.2], [1.2, 3.9, 1.6]]
+    there = simulate(scene, *places, plan=plan, **options)
+    back = simulate(scene, *places[::-1], plan=plan, **options)
+    np.testing.assert_allclose(
+        there.responses, back.responses.swapaxes(0, 1), atol=1e-12
+    )
+    fine = replace(plan, work=replace(plan.work, traced_until=np.inf, rays=20_000))
+    whole = simulate(scene, *places, plan=fine, **options)
+    n = round(until * 8000)
+    ours, true = (
+        [10 * np.log10(np.sum(r.responses[0, :, k] ** 2, axis=-1)) for k in _halves(n)]
+        for r in (there, whole)
+    )
+    np.testing.assert_allclose(ours, true, atol=0.5)
+    assert 0 < there.error_parts["order"]["reverberation_percent"] < 1
+    far = plan_effects(load_scene("coupled"), **options, without=["modes"])
+    assert far.work.traced_until == np.inf
+
+
+def _halves(n: int) -> tuple[slice, slice]:
+    return slice(0, n), slice(n, None)
 
 
 def test_devices_keep_out_of_furniture():
