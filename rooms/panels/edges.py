@@ -9,6 +9,13 @@ from rooms.mesh import MeshGeometry
 
 __all__ = ["Borders", "find_borders"]
 
+_SHARP = np.radians(240)
+"""Edges that open less are closed by nothing but their neighbours."""
+
+_SLIT = 0.05
+"""Gap [m] below furniture through which no sound goes: a quarter of a wave at 1.7 kHz,
+above which panels as large as to matter mirror all there is."""
+
 _BLOCK = 4_000_000  # pairs of borders and panels looked at in one go: 32 MB
 
 
@@ -54,10 +61,17 @@ def find_borders(geometry: MeshGeometry) -> Borders:
     one, other = _neighbours(geometry)
     inner[one] |= panel[one] == panel[other]
     _narrow(opening, one, normal[one], into[one], into[other])
-    lone = np.setdiff1d(np.nonzero(~inner)[0], one)
-    middle = start[lone] + way[lone] * length[lone, None] / 2
-    touching, below = _standing(geometry, middle, panel[lone])
-    one = lone[touching]
+    # what no neighbour continues may stand on something, or close to it
+    sharp = np.nonzero(~inner & (opening.max(axis=1) > _SHARP))[0]
+    middle = start[sharp] + way[sharp] * length[sharp, None] / 2
+    known = set(zip(one.tolist(), panel[other].tolist(), strict=True))
+    reach = np.clip(length[sharp] / 10, 2 * geometry.tolerance, _SLIT)
+    at, below = _standing(geometry, middle, panel[sharp], reach)
+    new = [
+        (row, on) not in known
+        for row, on in zip(sharp[at].tolist(), below.tolist(), strict=True)
+    ]
+    one, below = sharp[at][new], below[new]
     # what it stands on goes on to both sides
     lying = np.cross(geometry.panels.normal[below], way[one])
     for sense in (1.0, -1.0):
@@ -124,21 +138,27 @@ def _narrow(
 
 
 def _standing(
-    geometry: MeshGeometry, points: FloatArray, own: IntArray
+    geometry: MeshGeometry, points: FloatArray, own: IntArray, reach: FloatArray
 ) -> tuple[IntArray, IntArray]:
-    """Return which points lie on a panel other than their own, and on which."""
+    """Return which points lie on or near a panel other than their own, and on which.
+
+    What is near must stand off the own panel by half a right angle at least.
+    """
     panels, rims = geometry.panels, geometry.tables.rims
-    slack = 2 * geometry.tolerance
+    touch = 2 * geometry.tolerance
     found, below = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
     step = max(1, _BLOCK // max(1, len(panels)))
     for first in range(0, len(points), step):
-        part = points[first : first + step]
+        some = slice(first, first + step)
+        part, mine = points[some], own[some]
         height = np.abs(part @ panels.normal.T - panels.offset)
-        height[np.arange(len(part)), own[first : first + step]] = np.inf
-        for point, panel in np.argwhere(height <= slack):
+        height[np.arange(len(part)), mine] = np.inf
+        steep = np.abs(panels.normal[mine] @ panels.normal.T) <= np.sqrt(0.5)
+        near = (height <= touch) | (steep & (height <= reach[some, None]))
+        for point, panel in np.argwhere(near):
             faces = panels.faces[slice(*panels.face_start[panel : panel + 2])]
             depth = rims[faces, :, :3] @ part[point] - rims[faces, :, 3]
-            if np.any(np.all(depth >= -slack, axis=1)):
+            if np.any(np.all(depth >= -touch, axis=1)):
                 found.append(np.array([first + point]))
                 below.append(np.array([panel]))
     return np.concatenate(found), np.concatenate(below)

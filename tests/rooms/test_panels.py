@@ -160,6 +160,15 @@ def test_faces_in_one_plane_are_one_and_corners_unfold():
     # from behind the floor is no corner but an edge of 270 degrees
     spans = (rims.high - rims.low)[wall, 1 - front]
     assert sorted(np.round(spans, 6).tolist()) == [2, 3]
+    # furniture that hovers 2 cm above the floor stands on it
+    room = load_scene("coupled").geometry.mesh
+    rims, names = rims_of(room), np.array(room.surface_names)
+    of_sofa = np.isin(room.panels.of_face, np.arange(len(room.panels)))
+    of_sofa &= names[room.face_surface] == "sofa"
+    sides = np.unique(room.panels.of_face[of_sofa])
+    sides = sides[np.abs(room.panels.normal[sides, 2]) < 0.5]
+    tall = (rims.high - rims.low)[sides, 0].min(axis=1)
+    assert tall == pytest.approx(np.minimum(1.56, [2.0, 2.0, 0.9, 0.9]), abs=0.01)
 
 
 def test_a_wall_goes_on_behind_a_doorway():
