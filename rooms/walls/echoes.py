@@ -63,21 +63,21 @@ def _spread(
     arrivals: Arrivals,
     spectra: Spectra,
     some: IntArray,
-    rule: tuple[FloatArray, FloatArray],
+    rule: tuple[FloatArray, IntArray, FloatArray],
 ) -> Arrivals:
     """Return some arrivals spread over time."""
-    shifts, matrix = rule
-    bands, each = shifts.shape
+    shifts, place, matrix = rule
+    bands, each = place.shape
     wanted = np.concatenate([spectra.factor.real, spectra.factor.imag], axis=1)[some]
     # what other effects did to the octaves they do to every arrival
     other = arrivals.gain[some] / spectra.octaves[some]
     taps = (wanted @ matrix).reshape(len(some), bands, each) * other[..., None]
-    gain = np.zeros((len(some), bands, each, bands))
-    gain[:, np.arange(bands), :, np.arange(bands)] = taps.swapaxes(0, 1)
-    spread = _picked(arrivals, np.repeat(some, bands * each))
+    gain = np.zeros((len(some), len(shifts), bands))
+    gain[:, place, np.arange(bands)[:, None]] = taps
+    spread = _picked(arrivals, np.repeat(some, len(shifts)))
     return replace(
         spread,
-        delay=spread.delay + np.tile(shifts.ravel(), len(some)),
+        delay=spread.delay + np.tile(shifts, len(some)),
         gain=gain.reshape(-1, bands),
     )
 
@@ -98,8 +98,8 @@ def _picked(arrivals: Arrivals, which: IntArray) -> Arrivals:
 @lru_cache(maxsize=32)
 def _rule(
     centers: tuple[float, ...], leads: tuple[int, ...]
-) -> tuple[FloatArray, FloatArray]:
-    """Return shifts [s], (bands, taps), and what turns spectra into gains.
+) -> tuple[FloatArray, IntArray, FloatArray]:
+    """Return shifts [s], which of them bands use, and what turns spectra into gains.
 
     The least squares of what the crossed-over octaves make of the arrivals, `leads` of
     which come before the geometric one in each octave.
@@ -113,7 +113,10 @@ def _rule(
     count = len(rows)
     damped = rows @ rows.T
     damped += _DAMPING * len(ECHO_FREQUENCIES) / count * np.eye(count)
-    return shifts, np.asarray(np.linalg.solve(damped, rows).T, float)
+    # octaves are twice each other, so that they share every other arrival
+    different, place = np.unique(shifts, return_inverse=True)
+    matrix = np.asarray(np.linalg.solve(damped, rows).T, float)
+    return different, place.reshape(shifts.shape), matrix
 
 
 def _crossed_over(centers: tuple[float, ...]) -> FloatArray:
