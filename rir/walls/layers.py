@@ -222,16 +222,17 @@ class LayeredWall(StrictModel):
 
     def admittance(self, frequencies: FloatArray, cosines: FloatArray) -> ComplexArray:
         """Return the admittance at frequencies [Hz] and cosines of incidence."""
-        f, cosine = np.broadcast_arrays(frequencies, cosines)
-        sine = np.sqrt(np.maximum(1 - cosine**2, 0.0))
+        shape = np.broadcast_shapes(np.shape(frequencies), np.shape(cosines))
+        sine = np.sqrt(np.maximum(1 - cosines**2, 0.0))
         if self.locally_reacting:
             sine = np.zeros_like(sine)
-        found = np.zeros(f.shape, complex)
+        found = np.zeros(np.shape(sine), complex)
         if self.backing == "air":
             found += np.sqrt(1 - sine**2)
         # 0 Hz is a limit that no layer reaches
-        f = np.maximum(f, 1e-3)
+        f = np.maximum(frequencies, 1e-3)
         for one in reversed(self.layers):
             found = one.layer.admittance_before(found, f, sine)
+        found = np.broadcast_to(found, shape)
         # rounding may leave a hair of a source
         return np.maximum(np.real(found), 0.0) + 1j * np.imag(found)
