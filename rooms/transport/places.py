@@ -1,0 +1,105 @@
+"""Places in a box: what they leave on its walls, and what they exchange."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from rir.arrays import FloatArray
+from rooms.transport.box import BoxTransport
+from rooms.transport.single import CLASSES, collect_hits, deposit_hits, join_hits
+
+__all__ = ["Place", "find_places", "pair_energy"]
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """What a place leaves on the walls.
+
+    Parameters
+    ----------
+    position, nearest : ndarray, shape (3,)
+        Where it is [m], and which walls are the nearer ones.
+    column : ndarray, shape (freq * lanes, 2, functions)
+        All of it, solved for all that follows.
+    close : ndarray, shape (freq * lanes, 2, functions)
+        What arrives straight or mirrored close by.
+    hits : tuple of ndarray
+        The same, ray by ray: see `rooms.transport.single.collect_hits`.
+    """
+
+    position: FloatArray
+    nearest: Any
+    column: Any
+    close: Any
+    hits: tuple[Any, ...]
+
+
+def find_places(box: BoxTransport, positions: FloatArray) -> list[Place]:
+    """Return places at positions, shape (places, 3)."""
+    parts = [_close(box, np.ascontiguousarray(p)) for p in positions]
+    columns = box.columns(box.place_moments(positions))
+    return [
+        Place(position, nearest, column, close, hits)
+        for (position, nearest, close, hits), column in zip(parts, columns, strict=True)
+    ]
+
+
+def _close(box: BoxTransport, position: FloatArray) -> Any:
+    nearest = (position > box.size / 2).astype(np.int64)
+    count = 3 * len(box.ways)
+    whole = np.empty((count, 2), dtype=np.int64)
+    points, values = np.empty((count, 3)), np.empty((count, 2))
+    mirrors = np.any(box.mirrored > 0, axis=1)
+    used = collect_hits(
+        box.size, position, nearest, mirrors, box.ways, whole, points, values
+    )
+    hits = whole[:used], points[:used], values[:used]
+    kept = _kept(box, nearest)
+    close = box.moments_of(hits, kept * box.gate[:, None] / len(box.ways))
+    return position, nearest, close, hits
+
+
+def _kept(box: BoxTransport, nearest: Any) -> FloatArray:
+    """Return what close mirrors leave of each class, shape (6, classes, lanes)."""
+    kept = np.ones((6, CLASSES, box.lanes))
+    for wall in range(6):
+        for bit in range(2):
+            axis = (wall // 2 + 1 + bit) % 3
+            some = [k for k in range(CLASSES) if k >> bit & 1]
+            kept[wall, some] *= box.mirrored[2 * axis + nearest[axis]]
+    return kept
+
+
+def pair_energy(
+    box: BoxTransport, one: Place, other: Place, step: float, steps: int
+) -> FloatArray:
+    """Return scattered energy per second in steps of time, shape (steps, bands).
+
+    The same to the last bit if the places are exchanged.
+    """
+    spectrum = box.meet(
+        (one.column, other.column, 1.0), (one.close, other.close, -1.0)
+    )
+    smooth = box.resampled(spectrum, step, steps)
+    single = _single(box, one, other, step, steps) + _single(box, other, one, step, steps)
+    energy = np.maximum(smooth, 0.0) + single
+    return energy[:, box.lane_of]
+
+
+def _single(
+    box: BoxTransport, one: Place, other: Place, step: float, steps: int
+) -> FloatArray:
+    mirrors = np.any(box.mirrored > 0, axis=1)
+    longest = 6 * float(np.linalg.norm(box.size)) / (box.speed * step)
+    used = min(steps, int(longest) + 2)
+    sums = np.zeros((6, CLASSES, CLASSES, used))
+    per_bin = 1.0 / (box.speed * step)
+    join_hits(
+        box.size, one.hits, other.position, other.nearest, mirrors, per_bin, sums
+    )
+    factor = _kept(box, one.nearest)[:, :, None] * _kept(box, other.nearest)[:, None]
+    factor *= box.scattered[:, None, None] * 16 * np.pi / step / len(box.ways)
+    out = np.zeros((steps, box.lanes))
+    out[:used] = np.tensordot(sums, factor, axes=((0, 1, 2), (0, 1, 2)))
+    return out
