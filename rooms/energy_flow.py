@@ -1,4 +1,4 @@
-"""Mean energy in a shoebox as a function of time, in closed form.
+"""Mean energy in a shoebox as a function of time.
 
 Energies are per second and in the unit of a response whose direct sound is 1/d:
 without any loss the energy arriving per second is 4 pi c / V at all times.
@@ -11,6 +11,7 @@ import numpy as np
 from rir.arrays import FloatArray
 from rir.errors import SceneError
 from rooms.scene import Scene
+from rooms.transport import COARSE, transport_of
 
 __all__ = ["EnergyFlow", "energy_flow"]
 
@@ -54,10 +55,9 @@ def energy_flow(
 ) -> EnergyFlow:
     """Follow the mean energy of mirrors and scatterers through a shoebox.
 
-    Sound in direction u meets a wall pair L metres apart |u_i| c / L times a
-    second; each wall takes its absorption and hands its scattered share to a
-    well-mixed field, which decays at Eyring's rate. Energy is neither made nor
-    lost on the way: without absorption the parts add to 4 pi c / V.
+    Sound in direction u meets a wall pair L metres apart |u_i| c / L times a second;
+    each wall takes its absorption and its scattered share. What is scattered follows
+    transport (`rooms.transport`), on average over all pairs of places.
 
     Parameters
     ----------
@@ -71,17 +71,12 @@ def energy_flow(
         Highest order that is followed image by image.
     """
     if not scene.geometry.lattice:
-        raise SceneError("the closed-form energy flow needs a shoebox")
+        raise SceneError("the mean flow of energy needs a shoebox")
     geometry, c = scene.geometry, scene.speed_of_sound
     nodes, weights = _directions()
     rates = np.repeat(c * nodes / geometry.size / 2, 2, axis=1)
     spread = np.zeros_like(scene.absorption) if scattering is None else scattering
-    absorbing, scattering_rate = rates @ _logs(scene.absorption), rates @ _logs(spread)
-    total = absorbing + scattering_rate
-    area = geometry.areas.sum()
-    mixed = c * area / (4 * geometry.volume) * _logs(scene.mean_absorption)
-    gap = np.maximum(np.abs(total - mixed), 1e-6)
-    slower = np.minimum(total, mixed)
+    total = rates @ (_logs(scene.absorption) + _logs(spread))
     bounces = rates.sum(axis=1)
     flow = np.zeros((3, len(times), scene.absorption.shape[1]))
     for step, t in enumerate(times):
@@ -89,8 +84,19 @@ def energy_flow(
         above = bounces * t > (np.inf if max_order is None else max_order + 0.5)
         flow[0, step] = mirrored[~above].sum(axis=0)
         flow[1, step] = mirrored[above].sum(axis=0)
-        # (e^-mixed t - e^-total t) / (total - mixed), without cancellation
-        handed = np.exp(-slower * t) * -np.expm1(-gap * t) / gap
-        flow[2, step] = weights @ (scattering_rate * handed)
     flow *= 4 * np.pi * c / geometry.volume
+    if np.any(spread > 0) and len(times):
+        flow[2] = _scattered(scene, spread, times)
     return EnergyFlow(times, *flow)
+
+
+def _scattered(scene: Scene, spread: FloatArray, times: FloatArray) -> FloatArray:
+    """Return the mean energy per second of what is scattered, (steps, bands)."""
+    # spans are powers of two, so that few transports serve many requests
+    span = 2.0 ** np.ceil(np.log2(max(float(np.max(times)), 1e-3)))
+    box = transport_of(
+        np.asarray(scene.geometry.size), scene.absorption, spread,
+        scene.speed_of_sound, span, COARSE,
+    )  # fmt: skip
+    energy = np.maximum(box.mean_energy(), 0.0)
+    return np.stack([np.interp(times, box.times, e, right=0) for e in energy.T], axis=1)

@@ -15,6 +15,13 @@ from rooms.energy_flow import EnergyFlow, energy_flow
 from rooms.predict import equivalent_box
 from rooms.scene import Scene
 from rooms.sound import Budget, Sound
+from rooms.transport import (
+    FINE,
+    find_places,
+    image_energy,
+    pair_energy,
+    transport_of,
+)
 
 __all__ = [
     "MESH_ORDER",
@@ -35,6 +42,8 @@ _NEGLIGIBLE = 1e-4
 """Share of the energy below which images need no list of their own (-40 dB)."""
 
 
+_ANY_ORDER = 1 << 30  # no response is as long
+
 _FADING = 0.03
 """Images fade over two periods of the lowest octave's lower edge [s]: all of one sign,
 they sum to a slow pressure, whose sharp end would click in the lowest octaves."""
@@ -44,7 +53,7 @@ they sum to a slow pressure, whose sharp end would click in the lowest octaves."
 def _flow(
     scene: Scene, scattered: bool, max_order: int | None, duration: float
 ) -> EnergyFlow:
-    times = np.arange(0.0, duration + 2 * STEP, STEP)
+    times = np.arange(0.5 * STEP, duration + 2 * STEP, STEP)
     spread = scene.scattering if scattered else None
     return energy_flow(scene, times, scattering=spread, max_order=max_order)
 
@@ -59,8 +68,10 @@ def flow_of(scene: Scene, sound: Sound) -> EnergyFlow:
 def handover_time(scene: Scene, sound: Sound) -> float:
     """Return the time [s] after which no image is listed.
 
-    It is when images carry less than -40 dB of the energy, or sooner if the plan says
-    that the tolerance bears it.
+    Where surfaces scatter, waves come in anyway, one a sample. They take over from the
+    images once these are as dense, or carry less than -40 dB of the energy, or sooner
+    if the plan says that the tolerance bears it: no response tells later ones apart,
+    and rough walls do not keep the phases that so many sums of them would need.
     """
     until = min(sound.budget.work.images_until, sound.budget.duration)
     if not scene.geometry.lattice or sound.scattering is None:
@@ -70,7 +81,17 @@ def handover_time(scene: Scene, sound: Sound) -> float:
     share = mirrored / np.maximum(mirrored + flow.beyond + flow.scattered, 1e-300)
     strong: NDArray[np.bool_] = np.any(share > _NEGLIGIBLE, axis=1)
     last = int(np.max(np.nonzero(strong)[0], initial=0))
-    return min(float(flow.times[last] + STEP), until)
+    return min(float(flow.times[last] + STEP), _dense_after(scene, sound), until)
+
+
+def _dense_after(scene: Scene, sound: Sound) -> float:
+    """Return when one image a sample arrives, and the fade that follows, is over [s].
+
+    By then 4 pi c³ t² / V images arrive per second.
+    """
+    volume, c = scene.geometry.volume, scene.speed_of_sound
+    dense = np.sqrt(sound.budget.sample_rate * volume / (4 * np.pi * c**3))
+    return float(dense) + _FADING
 
 
 def fading_before(scene: Scene, sound: Sound) -> float:
@@ -109,14 +130,50 @@ def flow_energy(scene: Scene, sound: Sound) -> tuple[NDArray[np.float64], float]
 
     Returns
     -------
-    energy : ndarray, shape (1, steps, bands)
-        The same for all listeners.
+    energy : ndarray, shape (1 or listeners, steps, bands)
+        The same for all listeners if nothing is scattered.
     step : float
         Time step [s].
     """
     flow = flow_of(scene, sound)
-    energy = flow.scattered + flow.beyond
+    energy = _mirrored_energy(scene, sound, flow)
+    spread = sound.scattering
+    if spread is None or not np.any(spread):
+        return energy, STEP
+    return energy + _scattered_energy(scene, sound, spread, len(flow.times)), STEP
+
+
+def _mirrored_energy(scene: Scene, sound: Sound, flow: EnergyFlow) -> FloatArray:
+    """Return what images bring that are not listed, (1 or listeners, steps, bands)."""
+    order = sound.budget.max_order
+    mean = flow.beyond
+    share = np.zeros(len(flow.times))
     if sound.lattice is not None:
         share = _waves_share(scene, sound, flow.times)
-        energy = energy + share[:, None] * flow.images
-    return energy[None], STEP
+        mean = mean + share[:, None] * flow.images
+    if not np.any(mean):
+        return mean[None]
+    span = scene.speed_of_sound, STEP, len(mean)
+    listed = _ANY_ORDER if order is None else order, share
+    kept, size = sound.reflection**2, np.asarray(scene.geometry.size)
+    energies = []
+    for place in sound.listeners.positions:
+        ends = sound.emitter.position, place
+        energy, known = image_energy(size, kept, ends, span, listed)
+        energy[known:] = mean[known:]
+        energies.append(energy)
+    return np.stack(energies)
+
+
+def _scattered_energy(
+    scene: Scene, sound: Sound, spread: FloatArray, steps: int
+) -> FloatArray:
+    """Return what is scattered on the way to each listener, (listeners, steps, bands)."""
+    box = transport_of(
+        np.asarray(scene.geometry.size), sound.absorption, spread,
+        scene.speed_of_sound, sound.budget.duration, FINE,
+    )  # fmt: skip
+    (emitter,) = find_places(box, sound.emitter.position[None])
+    listeners = find_places(box, sound.listeners.positions)
+    energies = [pair_energy(box, emitter, place, STEP, steps) for place in listeners]
+    return np.stack(energies)

@@ -52,7 +52,7 @@ class Detail:
 
     degree: float = 2.0
     """Highest degree of the functions on the walls of a cube."""
-    stretch: float = 0.0
+    stretch: float = 0.6
     """How that grows with the ratio of lengths."""
     wall_rays: int = 16384
     """Rays of each wall."""
@@ -105,6 +105,7 @@ class BoxTransport:
         self._window = np.exp(-damping * times)[:, None]
         self._undo = np.exp(damping * self.step * np.arange(self.steps))
         self._factors = self._solve_walls()
+        self.known: dict[bytes, Any] = {}
 
     def _timing(self, absorption: FloatArray, duration: float) -> tuple[float, int]:
         """Return the time step [s] and the number of steps."""
@@ -272,13 +273,19 @@ class BoxTransport:
         deposit_hits(self.size, hits, factors, self._tables, self._per_bin, out)
         return self._laned(out)
 
-    def resampled(self, spectra: Any, step: float, steps: int) -> FloatArray:
-        """Return energies per second in other steps of time, (steps, lanes)."""
+    def resampled(
+        self, spectra: Any, step: float, steps: int, first: float
+    ) -> FloatArray:
+        """Return energies per second in other steps of time, (steps, lanes).
+
+        Nothing arrives before `first` [s]; what the resolution puts there, or makes
+        negative, is taken from what follows.
+        """
         energy = self._energy(spectra)
         energy[-3:] = 0.0
         at = (np.arange(steps) + 0.5) * step / self.step
-        first = np.floor(at).astype(int)
-        f = at - first
+        near = np.floor(at).astype(int)
+        f = at - near
         # Keys' cubic: keeps the energy and its moments to the second
         shares = (
             -0.5 * f * (1 - f) ** 2, 1 - 2.5 * f**2 + 1.5 * f**3,
@@ -286,7 +293,11 @@ class BoxTransport:
         )  # fmt: skip
         out = np.zeros((steps, energy.shape[1]))
         for k, share in enumerate(shares):
-            row = first + k - 1
+            row = near + k - 1
             inside = (row >= 0) & (row < self.steps)
-            out += np.where(inside, share, 0.0)[:, None] * energy[np.where(inside, row, 0)]
-        return out
+            some = energy[np.where(inside, row, 0)]
+            out += np.where(inside, share, 0.0)[:, None] * some
+        arrived = np.cumsum(out, axis=0)
+        arrived[: int(np.ceil(first / step))] = 0.0
+        arrived = np.maximum(np.maximum.accumulate(arrived, axis=0), 0.0)
+        return np.diff(arrived, axis=0, prepend=0.0)
