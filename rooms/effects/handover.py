@@ -168,7 +168,7 @@ def _mirrored_energy(scene: Scene, sound: Sound, flow: EnergyFlow) -> FloatArray
 def _scattered_energy(
     scene: Scene, sound: Sound, spread: FloatArray, steps: int
 ) -> FloatArray:
-    """Return what is scattered on the way to each listener, (listeners, steps, bands)."""
+    """Return what is scattered on the way, shape (listeners, steps, bands)."""
     box = transport_of(
         np.asarray(scene.geometry.size), sound.absorption, spread,
         scene.speed_of_sound, sound.budget.duration, FINE,

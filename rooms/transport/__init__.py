@@ -50,5 +50,5 @@ def _made(
     duration: float,
     detail: Detail,
 ) -> BoxTransport:
-    shares = (np.frombuffer(x).reshape(6, bands) for x in (absorption, scattering))
-    return BoxTransport(np.frombuffer(size), *shares, speed, duration, detail)
+    one, other = (np.frombuffer(x).reshape(6, bands) for x in (absorption, scattering))
+    return BoxTransport(np.frombuffer(size), one, other, speed, duration, detail)

@@ -21,7 +21,7 @@ from scipy.fft import irfft, next_fast_len, rfft
 
 from rir.arrays import FloatArray
 from rooms.transport.fans import emission_rays, even_ways, volume_rays
-from rooms.transport.functions import WallFunctions, make_functions
+from rooms.transport.functions import make_functions
 from rooms.transport.single import deposit_hits
 from rooms.transport.solving import invert_factor, meet, solve
 from rooms.transport.tracing import follow
@@ -97,7 +97,7 @@ class BoxTransport:
         self.scattered = np.ascontiguousarray(kept * spread)
         self.gate = np.sqrt(self.scattered)
         self.lanes = both.shape[1]
-        self.step, self.steps = self._timing(both[:6], duration)
+        self.step, self.steps = self._choose_steps(both[:6], duration)
         self.functions = make_functions(self.size, detail.degree, detail.stretch)
         damping = -np.log(_DAMPED) / (self.steps * self.step)
         times = self.step * np.arange(self.steps)
@@ -107,7 +107,7 @@ class BoxTransport:
         self._factors = self._solve_walls()
         self.known: dict[bytes, Any] = {}
 
-    def _timing(self, absorption: FloatArray, duration: float) -> tuple[float, int]:
+    def _choose_steps(self, absorption: FloatArray, duration: float) -> tuple[float, int]:
         """Return the time step [s] and the number of steps."""
         size, c = self.size, self.speed
         loss = -np.log(np.maximum(1 - absorption, 1e-6))
@@ -119,10 +119,12 @@ class BoxTransport:
             span = min(duration, -np.log(_DECAY) / slowest + 2 * across)
         areas = np.repeat(np.prod(size) / size, 2)
         mean = areas @ absorption / areas.sum()
-        rates = c * areas.sum() / (4 * np.prod(size)) * -np.log(1 - np.minimum(mean, 0.99))
+        rates = (
+            c * areas.sum() / (4 * np.prod(size)) * -np.log(1 - np.minimum(mean, 0.99))
+        )
         step = min(_COARSEST, _STEEPEST / max(float(rates.max()), 1e-9))
         step = max(step, span / _STEPS)
-        return step, int(next_fast_len(int(np.ceil(span / step)) + 4, real=True))
+        return step, int(next_fast_len(int(np.ceil(span / step)) + 4, real=True) or 0)
 
     @property
     def _tables(self) -> tuple[Any, ...]:
@@ -230,6 +232,7 @@ class BoxTransport:
 
     @cached_property
     def ways(self) -> FloatArray:
+        """Directions of the rays of each place, shape (rays, 3)."""
         return even_ways(self.detail.place_rays)
 
     @cached_property
@@ -239,7 +242,9 @@ class BoxTransport:
         turns = -(-len(starts) // len(self.ways))
         ways = np.tile(self.ways, (turns, 1))[: len(starts)]
         weights = np.full(len(starts), 1 / len(starts))
-        return self._mean_moments - self._moments((starts, np.ascontiguousarray(ways)), weights)
+        return self._mean_moments - self._moments(
+            (starts, np.ascontiguousarray(ways)), weights
+        )
 
     def mean_energy(self) -> FloatArray:
         """Return energy per second, mean over all pairs, at `times`: (steps, bands)."""
@@ -253,7 +258,7 @@ class BoxTransport:
 
     def _energy(self, spectra: Any) -> FloatArray:
         """Return energies per second from spectra, shape (steps, lanes)."""
-        series = irfft(spectra, self.steps, axis=0)
+        series: Any = irfft(spectra, self.steps, axis=0)
         scale = 16 * np.pi / self.step
         return scale * series * self._undo[:, None]
 

@@ -76,12 +76,16 @@ def emission_rays(
     ways[:, one] = np.where(turned, along, flat * up)
     ways[:, other] = np.where(turned, flat * up, along)
     ways[:, axis] = (1 - 2 * far) * flat * np.sqrt(1 - up**2)
-    drawn = [1 / np.sqrt(np.abs(x) * (1 - x**2)) for x in (ways[:, one], ways[:, other])]
+    drawn = [
+        1 / np.sqrt(np.abs(x) * (1 - x**2)) for x in (ways[:, one], ways[:, other])
+    ]
     weights = 1 / (drawn[0] + drawn[1])
     return starts, ways, weights / weights.sum()
 
 
-def volume_rays(size: FloatArray, count: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+def volume_rays(
+    size: FloatArray, count: int
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return rays from all over a box and all around, as `emission_rays` does."""
     u = _spread(count, 5)
     along, turn = 2 * u[:, 3] - 1, 2 * np.pi * u[:, 4]

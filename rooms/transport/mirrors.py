@@ -62,7 +62,9 @@ def image_energy(
     speed, step, steps = span
     order, share = listed
     bands, lane_of = np.unique(kept, axis=1, return_inverse=True)
-    reach = min(speed * step * steps, float(np.cbrt(_MOST * 0.75 / np.pi * np.prod(size))))
+    reach = min(
+        speed * step * steps, float(np.cbrt(_MOST * 0.75 / np.pi * np.prod(size)))
+    )
     first, second = sorted(places, key=lambda place: tuple(place.tolist()))
     axes = tuple(_axis(size, bands, k, reach, first, second) for k in range(3))
     out = np.zeros((steps, bands.shape[1]))

@@ -7,7 +7,7 @@ import numpy as np
 
 from rir.arrays import FloatArray
 from rooms.transport.box import BoxTransport
-from rooms.transport.single import CLASSES, collect_hits, deposit_hits, join_hits
+from rooms.transport.single import CLASSES, collect_hits, join_hits
 
 __all__ = ["Place", "find_places", "pair_energy"]
 
@@ -101,12 +101,12 @@ def pair_energy(
 
     The same to the last bit if the places are exchanged.
     """
-    spectrum = box.meet(
-        (one.column, other.column, 1.0), (one.close, other.close, -1.0)
-    )
+    spectrum = box.meet((one.column, other.column, 1.0), (one.close, other.close, -1.0))
     first = float(np.linalg.norm(one.position - other.position)) / box.speed
     smooth = box.resampled(spectrum, step, steps, first)
-    single = _single(box, one, other, step, steps) + _single(box, other, one, step, steps)
+    single = _single(box, one, other, step, steps) + _single(
+        box, other, one, step, steps
+    )
     energy = smooth + single
     k = int(first / step)
     if k + 1 < steps:
@@ -124,9 +124,7 @@ def _single(
     used = min(steps, int(longest) + 2)
     sums = np.zeros((6, CLASSES, CLASSES, used))
     per_bin = 1.0 / (box.speed * step)
-    join_hits(
-        box.size, one.hits, other.position, other.nearest, mirrors, per_bin, sums
-    )
+    join_hits(box.size, one.hits, other.position, other.nearest, mirrors, per_bin, sums)
     factor = _kept(box, one.nearest)[:, :, None] * _kept(box, other.nearest)[:, None]
     factor *= box.scattered[:, None, None] * 16 * np.pi / step / len(box.ways)
     out = np.zeros((steps, box.lanes))

@@ -72,7 +72,7 @@ def collect_hits(size, place, nearest, mirrors, ways, whole, points, values):
         Gets the way gone [m], and the density there, see `join_hits`.
     """
     count = 0
-    at, until, every = np.empty(3), np.empty(3), np.empty(3)
+    at, until = np.empty(3), np.empty(3)
     met, side = np.empty(3, dtype=np.int64), np.empty(3, dtype=np.int64)
     parts = np.empty((2, 4))
     for r in range(len(ways)):
@@ -99,9 +99,7 @@ def collect_hits(size, place, nearest, mirrors, ways, whole, points, values):
             whole[count, 0] = wall
             whole[count, 1] = met[(axis + 1) % 3] + 2 * met[(axis + 2) % 3]
             values[count, 0] = way
-            values[count, 1] = _density(
-                size, place, nearest, mirrors, wall, at, parts
-            )
+            values[count, 1] = _density(size, place, nearest, mirrors, wall, at, parts)
             count += 1
             if side[axis] != nearest[axis] or not mirrors[wall]:
                 break

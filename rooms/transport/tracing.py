@@ -52,7 +52,7 @@ def follow(size, rays, emitted, first, shares, functions, per_bin, hits, out):
         highest = max(highest, degrees[n, 0], degrees[n, 1])
     one, other = np.ones(highest + 2), np.ones(highest + 2)
     left, values = np.empty(lanes), np.empty((len(scale)) * lanes)
-    point, until, every = np.empty(3), np.empty(3), np.empty(3)
+    until, every = np.empty(3), np.empty(3)
     side = np.empty(3, dtype=np.int64)
     farthest = (steps - 2.5) / per_bin
     for r in range(len(ways)):
@@ -100,10 +100,7 @@ def follow(size, rays, emitted, first, shares, functions, per_bin, hits, out):
             middle = int(way * per_bin + 0.5)
             f = way * per_bin - middle
             for step in range(-1, 2):
-                if step == 0:
-                    share = 1.0 - f * f
-                else:
-                    share = 0.5 * f * (f + step)
+                share = 1.0 - f * f if step == 0 else 0.5 * f * (f + step)
                 row = middle + step
                 row = steps - 1 if row < 0 else row
                 for s in range(sources):
