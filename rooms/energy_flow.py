@@ -5,6 +5,7 @@ without any loss the energy arriving per second is 4 pi c / V at all times.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from rooms.transport import COARSE, transport_of
 
 __all__ = ["EnergyFlow", "energy_flow"]
 
+_ROUNDED = 4  # last steps of a transport, which its end has touched
 _NODES = 16  # 8 move no predicted level or time by 0.001 dB or s
 
 
@@ -42,8 +44,38 @@ def _directions() -> tuple[FloatArray, FloatArray]:
     return nodes, np.outer(w, w).ravel()
 
 
-def _logs(shares: FloatArray) -> FloatArray:
-    return -np.log(np.maximum(1.0 - shares, 1e-12))
+def _mirrored(
+    size: FloatArray, kept: FloatArray, ways: FloatArray, most: float
+) -> FloatArray:
+    """Return what mirrors leave after some ways [m], (2, ways, bands).
+
+    Within an order, and above it. Between the walls of an axis a way meets one number
+    of walls or one more, with a chance that is linear in its length.
+    """
+    nodes, weights = _directions()
+    steps = nodes / size
+    out = np.zeros((2, len(ways), kept.shape[1]))
+    count = int(np.max(ways, initial=0.0) / size.min()) + 3
+    tables = [_after_walls(kept[2 * k : 2 * k + 2], count) for k in range(3)]
+    for index, way in enumerate(ways):
+        met = steps * way
+        whole = met.astype(int)
+        part = (met - whole)[:, :, None]
+        left = weights[:, None]
+        for k, table in enumerate(tables):
+            n, f = whole[:, k], part[:, k]
+            left = left * (table[n] + f * (table[n + 1] - table[n]))
+        above = met.sum(axis=1) > most
+        out[0, index] = left[~above].sum(axis=0)
+        out[1, index] = left[above].sum(axis=0)
+    return out
+
+
+def _after_walls(kept: FloatArray, count: int) -> FloatArray:
+    """Return what 0, 1, 2, … walls of an axis leave, either met first: (count, n)."""
+    number = np.arange(count)[:, None]
+    odd = np.where(number % 2 == 1, kept.mean(axis=0), 1.0)
+    return odd * np.prod(kept, axis=0) ** (number // 2)
 
 
 def energy_flow(
@@ -72,19 +104,15 @@ def energy_flow(
     """
     if not scene.geometry.lattice:
         raise SceneError("the mean flow of energy needs a shoebox")
-    geometry, c = scene.geometry, scene.speed_of_sound
-    nodes, weights = _directions()
-    rates = np.repeat(c * nodes / geometry.size / 2, 2, axis=1)
+    volume, c = scene.geometry.volume, scene.speed_of_sound
     spread = np.zeros_like(scene.absorption) if scattering is None else scattering
-    total = rates @ (_logs(scene.absorption) + _logs(spread))
-    bounces = rates.sum(axis=1)
+    kept = (1.0 - scene.absorption) * (1.0 - spread)
+    unlike, lane_of = np.unique(kept, axis=1, return_inverse=True)
+    most = np.inf if max_order is None else max_order + 0.5
+    times = np.asarray(times, dtype=float)
+    mirrored = _mirrored(np.asarray(scene.geometry.size), unlike, c * times, most)
     flow = np.zeros((3, len(times), scene.absorption.shape[1]))
-    for step, t in enumerate(times):
-        mirrored = np.exp(-total * t) * weights[:, None]
-        above = bounces * t > (np.inf if max_order is None else max_order + 0.5)
-        flow[0, step] = mirrored[~above].sum(axis=0)
-        flow[1, step] = mirrored[above].sum(axis=0)
-    flow *= 4 * np.pi * c / geometry.volume
+    flow[:2] = 4 * np.pi * c / volume * mirrored[:, :, lane_of.ravel()]
     if np.any(spread > 0) and len(times):
         flow[2] = _scattered(scene, spread, times)
     return EnergyFlow(times, *flow)
@@ -98,5 +126,15 @@ def _scattered(scene: Scene, spread: FloatArray, times: FloatArray) -> FloatArra
         np.asarray(scene.geometry.size), scene.absorption, spread,
         scene.speed_of_sound, span, COARSE,
     )  # fmt: skip
-    energy = np.maximum(box.mean_energy(), 0.0)
-    return np.stack([np.interp(times, box.times, e, right=0) for e in energy.T], axis=1)
+    from scipy.interpolate import CubicSpline
+
+    geometry, c = scene.geometry, scene.speed_of_sound
+    energy = box.mean_energy()
+    energy[0] = 0.0
+    # how much the walls scatter at first of what fills the room evenly
+    share = geometry.areas @ ((1.0 - scene.absorption) * spread)
+    slope = np.pi * c**2 / geometry.volume**2 * share
+    ends: Any = (1, slope), (2, np.zeros_like(slope))
+    curve = CubicSpline(box.times, energy, bc_type=ends)
+    inside = (times > 0) & (times <= box.times[-_ROUNDED])
+    return np.where(inside[:, None], np.maximum(curve(times), 0.0), 0.0)

@@ -107,7 +107,9 @@ class BoxTransport:
         self._factors = self._solve_walls()
         self.known: dict[bytes, Any] = {}
 
-    def _choose_steps(self, absorption: FloatArray, duration: float) -> tuple[float, int]:
+    def _choose_steps(
+        self, absorption: FloatArray, duration: float
+    ) -> tuple[float, int]:
         """Return the time step [s] and the number of steps."""
         size, c = self.size, self.speed
         loss = -np.log(np.maximum(1 - absorption, 1e-6))
@@ -249,7 +251,8 @@ class BoxTransport:
     def mean_energy(self) -> FloatArray:
         """Return energy per second, mean over all pairs, at `times`: (steps, bands)."""
         column = self.columns(self._mean_moments[None])[0]
-        return self._energy(self.meet((column, column, 1.0)))[:, self.lane_of]
+        energy = self._energy(self.meet((column, column, 1.0)))
+        return np.asarray(energy[:, self.lane_of], dtype=float)
 
     @property
     def times(self) -> FloatArray:
@@ -259,8 +262,8 @@ class BoxTransport:
     def _energy(self, spectra: Any) -> FloatArray:
         """Return energies per second from spectra, shape (steps, lanes)."""
         series: Any = irfft(spectra, self.steps, axis=0)
-        scale = 16 * np.pi / self.step
-        return scale * series * self._undo[:, None]
+        energy: Any = series * (16 * np.pi / self.step * self._undo[:, None])
+        return np.asarray(energy, dtype=float)
 
     def place_moments(self, positions: FloatArray) -> FloatArray:
         """Return what places leave on the walls, as `columns` takes it."""
