@@ -257,7 +257,7 @@ class BoxTransport:
     @property
     def times(self) -> FloatArray:
         """Times of `mean_energy` [s]."""
-        return self.step * np.arange(self.steps)
+        return np.arange(self.steps, dtype=float) * self.step
 
     def _energy(self, spectra: Any) -> FloatArray:
         """Return energies per second from spectra, shape (steps, lanes)."""
