@@ -22,6 +22,7 @@ from rooms.request import make_budget
 from rooms.scene import Scene
 from rooms.simulation import simulate
 from rooms.stated_errors import stated_errors
+from rooms.transport import LATE_MODEL
 
 __all__ = ["Recipe", "make_dataset"]
 
@@ -88,8 +89,8 @@ class Recipe:
 
     @property
     def key(self) -> str:
-        """Short digest that tells two recipes apart."""
-        text = json.dumps(vars(self), sort_keys=True)
+        """Short digest that tells two recipes apart, and two models of late sound."""
+        text = json.dumps({**vars(self), "late_model": LATE_MODEL}, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
@@ -253,7 +254,12 @@ def _join(
         simulated=True,
         session=f"{bench.scene.name}-{recipe.key}",
         room_name=bench.scene.name,
-        metadata={"recipe": vars(recipe), "effects": plan, "error_parts": bench.errors},
+        metadata={
+            "recipe": vars(recipe),
+            "effects": plan,
+            "error_parts": bench.errors,
+            "late_model": LATE_MODEL,
+        },
         emitter_gain=layout.emitter_gain,
         listener_gain=layout.listener_gain,
     ) as out:

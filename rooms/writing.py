@@ -11,6 +11,7 @@ from rir import Poses
 from rir.errors import ConfigError
 from rooms.scene import Scene
 from rooms.simulation import Simulation
+from rooms.transport import LATE_MODEL
 
 __all__ = ["check_target", "write_simulation"]
 
@@ -78,6 +79,7 @@ def _story(result: Simulation) -> dict[str, Any]:
         "errors": result.errors,
         "error_parts": result.error_parts,
         "rays": result.rays,
+        "late_model": LATE_MODEL,
     }
 
 

@@ -12,12 +12,17 @@ from rooms.transport.places import find_places, pair_energy
 __all__ = [
     "COARSE",
     "FINE",
+    "LATE_MODEL",
     "BoxTransport",
     "find_places",
     "image_energy",
     "pair_energy",
     "transport_of",
 ]
+
+LATE_MODEL = "transport 1"
+"""Which late sound simulated data sets hold; those that state none hold boxes whose
+scattered sound decayed as Eyring says. It goes up when responses change."""
 
 FINE = Detail()
 """For responses: decays to 0.5 %, levels to 0.05 dB (benchmarks/box_transport)."""
