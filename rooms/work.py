@@ -43,7 +43,7 @@ _COARSE_CELLS, _COARSE_MOMENTS = 7.0, 4
 """What is coarse: waves 2 % too slow at the end of the grid, 1 % at the crossover, and
 pulses exact to -40 dB. Neither moves the level of an octave by 0.1 dB."""
 
-_STEPPED_PERCENT = 10.0
+_STEPPED_PERCENT = 20.0
 """Coarse cells are taken from this tolerance of EDT on [%]: walls that do not run along
 the cells turn into steps, which move it by 5 % in the lowest octave."""
 

@@ -92,11 +92,20 @@ class Need:
         return ", ".join(parts) or ("everything" if self.errors else "none")
 
 
+def _whole(errors: dict[str, float]) -> dict[str, float]:
+    """Return errors of all kinds: those unsaid are as noticeable as that of level."""
+    if "level_db" not in errors:
+        return errors
+    just = asdict(Tolerance())
+    level = errors["level_db"] / just["level_db"]
+    return {kind: level * limit for kind, limit in just.items()} | errors
+
+
 def judged(
     tolerance: Tolerance, errors: dict[str, float], why: str, cost_s: float = 0.0
 ) -> Need:
     """Return the need that predicted errors make."""
-    over = tolerance.exceeded(errors)
+    over = tolerance.exceeded(_whole(errors))
     names = ", ".join(_UNITS[kind][0] for kind in over)
     reason = f"{why}: needed for {names}" if over else f"{why}: below the tolerance"
     return Need(bool(over), reason, errors, cost_s)

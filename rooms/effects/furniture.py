@@ -18,6 +18,9 @@ __all__ = ["FURNITURE"]
 _WAYS = 1000
 """Random straight ways that tell how much a piece hides: to 1.5 % of them."""
 
+_PER_DB = {"clarity_db": 1.2, "early_decay_percent": 6.0}
+"""What other parameters stray per dB of level (benchmarks/planner_honesty)."""
+
 _COST_S = 0.03
 """For one of several pairs in a kitchen (benchmarks/furnished_kitchen.py) [s]."""
 
@@ -36,6 +39,8 @@ def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Need:
     share = _met(scene)
     # what meets furniture arrives elsewhere in time: as what is scattered
     errors["level_db"] = max(errors["level_db"], 2 * share**0.5)
+    for kind, factor in _PER_DB.items():
+        errors[kind] = max(errors[kind], factor * errors["level_db"])
     why = f"{_told(scene, pieces)}: {100 * share:.0f} % of the sound meets furniture"
     return judged(tolerance, errors, why, _COST_S)
 

@@ -38,6 +38,9 @@ STEP = 0.001
 MESH_ORDER = 3
 """Reflection order listed in rooms that are not boxes, unless another is asked for."""
 
+_EARLY = 0.06
+"""End of what is early [s]: 50 ms from a direct sound that comes after some 10."""
+
 _NEGLIGIBLE = 1e-4
 """Share of the energy below which images need no list of their own (-40 dB)."""
 
@@ -122,7 +125,17 @@ def missing_energy(scene: Scene, budget: Budget) -> dict[str, float]:
     extra = left_out.sum(axis=0) * budget.duration / 100
     level = float(np.max(decibels(1 + extra / np.maximum(listed, 1e-12))))
     share = float(np.max(extra / (listed + extra)))
-    return {"level_db": level, "reverberation_percent": 100 * share}
+    # clarity is lost where the late part is: what is early hardly matters to it
+    after = times > _EARLY
+    late = 1 + left_out[after].sum(axis=0) / np.maximum(
+        flow.images[after].sum(axis=0), 1e-12
+    )
+    return {
+        "level_db": level,
+        "clarity_db": float(min(np.max(decibels(late)), 60.0)),
+        "reverberation_percent": 100 * share,
+        "early_decay_percent": 100 * share,
+    }
 
 
 def flow_energy(scene: Scene, sound: Sound) -> tuple[NDArray[np.float64], float]:
