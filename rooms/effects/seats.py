@@ -35,6 +35,9 @@ emitter on a stage [m], for the planner's typical pair."""
 _RIGID = Troughs(0.0, (1.0,), (1.0,))
 """Troughs without depth: a hard floor."""
 
+_COST_S = 1e-2
+"""Spherical waves and echoes of some twenty paths that meet the floor."""
+
 
 def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Need:
     """Answer no exactly without seats; else judge by a stage and an ear among them."""
@@ -59,7 +62,7 @@ def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Need:
         largest = float(np.max(np.abs(change)))
         worst["clarity_db"] = max(worst["clarity_db"], largest)
     why = f"{area:.0f} m² of seats change what grazes them by {told}"
-    return judged(tolerance, worst, why, 1e-4)
+    return judged(tolerance, worst, why, _COST_S)
 
 
 def _typical(
