@@ -174,7 +174,7 @@ def changed(
         The n reflections.
     """
     reflection = Reflection(pressure, np.zeros_like(pressure))
-    for change in changes:
+    for change in changes if len(bounces) else ():
         reflection = change(reflection, bounces)
     return reflection
 

@@ -134,3 +134,24 @@ def test_changes_of_arrivals_come_before_rendering():
     )
     sound.budget = Budget(16000, 800, 3)
     assert not np.any(run_plan(scene, plan, sound))
+
+
+def test_nothing_is_asked_of_changes_where_nothing_is_reflected():
+    scene = Scene.extruded(OUTLINE, 2.5, 0.3)
+    emitter, listeners = Pose.at(0.7, 2.3, 1.1), Poses.of([Pose.at(0.9, 0.9, 1.5)])
+    sound = Sound(scene, emitter, listeners, Budget(16000, 1600, 0))
+    sound.bounce_changes.append(Picky())
+    plan = plan_effects(
+        scene, only=["direct", "specular"], sample_rate=16000, duration=0.1
+    )
+    assert np.count_nonzero(run_plan(scene, plan, sound)[0] > 0.1) > 0
+
+
+class Picky:
+    """A change that looks at the first reflection."""
+
+    local = True
+
+    def __call__(self, reflection, bounces):
+        assert bounces.cosine[0] >= 0
+        return reflection
