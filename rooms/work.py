@@ -28,7 +28,7 @@ _RAYS_SHARE = 0.2
 """What part of the tolerance the rays' chance may take, as a standard error: the worst
 octave of a few pairs strays by five of them (benchmarks/planner_honesty)."""
 
-_IMAGES_SHARE = 0.06
+_IMAGES_SHARE = 0.05
 """What part of the tolerance waves in place of images may take. Their error is that of
 the mean of a room; where two hard walls keep sound, single places stray further."""
 

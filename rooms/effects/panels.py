@@ -15,6 +15,10 @@ from rooms.sound import Budget, Sound, SurfaceParts
 __all__ = ["PANELS"]
 
 
+_EDT_PER_DB = 6.0
+"""What EDT strays per dB of level, in percent (benchmarks/planner_honesty)."""
+
+
 def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Need:
     """Judge by what the faces' sizes take from their mirrors on average."""
     loss = mirror_loss(scene)
@@ -32,6 +36,10 @@ def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Need:
     most = float(share[heard].max(initial=0.0))
     # a mirror that fails may be the only one that two places have
     errors["level_db"] = max(errors["level_db"], -float(decibels(1 - min(most, 0.99))))
+    errors["clarity_db"] = max(errors["clarity_db"], errors["level_db"])
+    errors["early_decay_percent"] = max(
+        errors["early_decay_percent"], _EDT_PER_DB * errors["level_db"]
+    )
     why = f"faces are too small to mirror {100 * most:.2g} % of the sound they return"
     return judged(tolerance, errors, why, 2e-3)
 

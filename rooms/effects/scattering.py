@@ -28,6 +28,7 @@ def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Need:
     # another, and an octave's level and slope follow with a few dozen degrees of
     # freedom
     errors["level_db"] = max(errors["level_db"], 2 * share**0.5)
+    errors["clarity_db"] = max(errors["clarity_db"], errors["level_db"])
     boxed = scene.geometry.lattice
     errors["reverberation_percent"] = max(
         errors["reverberation_percent"], (25 if boxed else _ODD_SHAPE) * share**0.5
