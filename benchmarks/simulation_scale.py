@@ -1,11 +1,11 @@
 """Measure what thousands of responses cost: time and memory, threads and processes.
 
 Five emitters and 5000 listeners, responses of 0.5 s at 16 kHz, in a kitchen, an
-L-shaped and two coupled rooms, as planned by default. A stated share of the pairs is computed
-(5 x 200 by default); seconds of all are in proportion to the listeners, since each one
-is traced and rendered on its own: what the pairs share is traced once an emitter and
-belongs to the share too, so that the whole is rather overstated. Peak memory is that of
-the process. Threads share the listeners of an emitter; processes share blocks of pairs,
+L-shaped and two coupled rooms, as planned by default. A stated share of the pairs is
+computed (5 x 200 by default) and stated in proportion: each listener is traced and
+rendered on its own, and what an emitter shares with all of its listeners is counted
+with the few, so that the whole is rather overstated. Peak memory is that of the
+process. Threads share the listeners of an emitter; processes share blocks of pairs,
 as `make-dataset --workers` and Dask do.
 
 Bar: 25,000 responses of the kitchen in 5 minutes, of the others in 60, on one core.
