@@ -20,6 +20,7 @@ from rooms.furniture import Furniture, furnished_mesh
 from rooms.geometry import Geometry, Shoebox
 from rooms.hardware import Hardware
 from rooms.surfaces import (
+    check_walls,
     resolve_seats,
     resolve_surfaces,
     spread_shares,
@@ -105,14 +106,7 @@ class Scene:
                 f" {self.absorption.shape}, not {shown(self.bands)}"
             )
         rows = range(len(self.absorption))
-        if not all(
-            row in rows and isinstance(wall, WallModel)
-            for row, wall in self.walls.items()
-        ):
-            raise SceneError(
-                f"walls maps rows of surfaces (0…{len(rows) - 1}) to models of"
-                f" rir.walls, not {shown(self.walls)}"
-            )
+        check_walls(self.walls, len(rows))
         if len(self.seats) not in (0, len(rows)):
             raise SceneError(f"seats need SeatRows or None for {len(rows)} surfaces")
         if np.any(self.transmission > self.absorption + 1e-12):

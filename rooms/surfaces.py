@@ -18,6 +18,7 @@ from rir.walls import WallModel
 
 __all__ = [
     "Shares",
+    "check_walls",
     "resolve_seats",
     "resolve_surfaces",
     "spread_shares",
@@ -105,6 +106,18 @@ def wall_models(walls: Mapping[str, WallModel]) -> dict[int, WallModel]:
         if found:
             rows[row] = found[0]
     return rows
+
+
+def check_walls(walls: Mapping[int, WallModel], surfaces: int) -> None:
+    """Raise `SceneError` unless rows of surfaces are mapped to models of walls."""
+    rows = range(surfaces)
+    if not all(
+        row in rows and isinstance(wall, WallModel) for row, wall in walls.items()
+    ):
+        raise SceneError(
+            f"walls maps rows of surfaces (0…{surfaces - 1}) to models of rir.walls,"
+            f" not {shown(walls)}"
+        )
 
 
 def resolve_surfaces(names: Sequence[str], materials: Any) -> Shares:
