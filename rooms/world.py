@@ -55,7 +55,8 @@ class World(_Places):
     Parameters
     ----------
     room : RoomSpec
-        Size, surfaces and air; furniture is not simulated, see `rir.RoomSpec`.
+        Size, surfaces and air. Devices keep out of its furniture, which is not
+        simulated: a world answers pair by pair, and its walls stand for all.
     sample_rate : int
         Samples per second [Hz].
     duration : float

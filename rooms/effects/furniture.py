@@ -21,7 +21,11 @@ _WAYS = 1000
 _PER_DB = {"clarity_db": 1.2, "early_decay_percent": 6.0}
 """What other parameters stray per dB of level (benchmarks/planner_honesty)."""
 
-_COST_S = 0.03
+_MIRRORED = 25.0
+"""Percent of T60 per root of what mirrors carry and furniture takes from them, as
+scattering does in boxes."""
+
+_COST_S = 0.02
 """For one of several pairs in a kitchen (benchmarks/furnished_kitchen.py) [s]."""
 
 
@@ -39,6 +43,8 @@ def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Need:
     share = _met(scene)
     # what meets furniture arrives elsewhere in time: as what is scattered
     errors["level_db"] = max(errors["level_db"], 2 * share**0.5)
+    kept = _MIRRORED * (share * _mirrored(scene)) ** 0.5
+    errors["reverberation_percent"] = max(errors["reverberation_percent"], kept)
     for kind, factor in _PER_DB.items():
         errors[kind] = max(errors[kind], factor * errors["level_db"])
     why = f"{_told(scene, pieces)}: {100 * share:.0f} % of the sound meets furniture"
@@ -60,6 +66,15 @@ def _met(scene: Scene) -> float:
     decay = min(float(room.eyring_t60().max()), 10.0)
     heard = room.speed_of_sound * decay / (6 * np.log(10))
     return float(-np.expm1(-rate * heard))
+
+
+def _mirrored(scene: Scene) -> float:
+    """Return the share of the energy 20 dB down that mirrors alone have carried."""
+    box = scene.geometry
+    decay = min(float(scene.eyring_t60().max()), 10.0) / 3
+    met = scene.speed_of_sound * decay * box.areas.sum() / (4 * box.volume)
+    mean = box.areas @ scene.scattering / box.areas.sum()
+    return float((1 - mean.min()) ** met)
 
 
 def _told(scene: Scene, pieces: Furniture) -> str:
