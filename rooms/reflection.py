@@ -63,6 +63,11 @@ class Bounces:
     def __len__(self) -> int:
         return len(self.surface)
 
+    @property
+    def placed(self) -> BoolArray:
+        """Which are single reflections with a place of their own, no means."""
+        return (self.panel >= 0) & ~np.isnan(self.point[:, 0])
+
 
 @dataclass(frozen=True, eq=False)
 class Spectra:

@@ -37,7 +37,7 @@ class OverSeats:
 
     def __call__(self, reflection: Reflection, bounces: Bounces) -> Reflection:
         """Change reflections off seats; means over a surface stay as they are."""
-        met = (bounces.panel >= 0) & self.panels[bounces.panel]
+        met = bounces.placed & self.panels[bounces.panel]
         if not np.any(met):
             return reflection
         pressure, scattered = reflection.pressure.copy(), reflection.scattered.copy()

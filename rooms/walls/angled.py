@@ -39,12 +39,13 @@ class AngledWalls:
     def __call__(self, reflection: Reflection, bounces: Bounces) -> Reflection:
         """Return reflections with the pressure that the walls leave."""
         pressure = reflection.pressure.copy()
-        listed = bool(np.any(bounces.panel >= 0))
+        placed = bounces.placed
+        listed = bool(np.any(placed))
         shape = (len(bounces), len(ECHO_FREQUENCIES))
         factor = np.ones(shape if listed else (0, 0), complex)
         for row, wall in self.walls.items():
             met = bounces.surface == row
-            mean, single = met & (bounces.panel < 0), met & (bounces.panel >= 0)
+            mean, single = met & ~placed, met & placed
             if np.any(mean):
                 pressure[mean] = self.means(wall, bounces.cosine[mean])
             if np.any(single):
@@ -56,7 +57,7 @@ class AngledWalls:
                 pressure[single] = octave_factors(factor[single], self.bands)
         if not listed:
             return replace(reflection, pressure=pressure)
-        angled = np.isin(bounces.surface, list(self.walls)) & (bounces.panel >= 0)
+        angled = np.isin(bounces.surface, list(self.walls)) & placed
         octaves = np.where(angled[:, None], pressure, 1.0)
         return replace(
             reflection, pressure=pressure, spectra=Spectra(factor, octaves, angled)

@@ -7,7 +7,8 @@ from rir.errors import ConfigError
 from rir.room import RoomSpec, SeatRows, Surface
 from rir.walls import octave_frequencies, random_incidence_octaves
 from rooms import Scene, plan_effects, simulate
-from rooms.seating import Troughs, acting_depth, over_rows, troughs_of
+from rooms.reflection import Bounces, Reflection
+from rooms.seating import OverSeats, Troughs, acting_depth, over_rows, troughs_of
 from rooms.seating.over_seats import grazing_share
 
 BANDS = 125.0 * 2.0 ** np.arange(7)
@@ -136,6 +137,19 @@ def test_exchange_changes_nothing_in_boxes_and_meshes():
         assert np.linalg.norm(there - back) < 1e-6 * np.linalg.norm(there)
         made.append(there)
     assert np.linalg.norm(made[0] - made[1]) < 1e-5 * np.linalg.norm(made[0])
+
+
+def test_means_over_a_panel_stay_as_they_are():
+    scene = _hall()
+    one = np.ones(1)
+    change = OverSeats(scene, np.arange(6) == 4)
+    kept = Reflection(np.full((1, 7), 0.5), np.full((1, 7), 0.2))
+    nowhere = np.full((1, 3), np.nan)
+    floor = np.array([4])
+    mean = Bounces(floor, floor, 0.1 * one, 9 * one, 9 * one, nowhere)
+    assert change(kept, mean) is kept
+    single = Bounces(floor, floor, 0.1 * one, 9 * one, 9 * one, np.zeros((1, 3)))
+    assert change(kept, single).pressure[0, 0] < 0
 
 
 def test_floors_under_seats_and_their_tops_sound_alike():
