@@ -90,7 +90,8 @@ def predict_parameters(
 def _parameters(
     energy: FloatArray, direct: FloatArray, times: FloatArray, arrival: float
 ) -> Parameters:
-    left = remaining_energy(energy, axis=0)
+    # rounding leaves less than nothing of sums that end in silence
+    left = np.maximum(remaining_energy(energy, axis=0), 1e-300)
     total = left[0] + direct
     early = direct + energy[times < arrival + 0.05].sum(axis=0)
     curve = np.maximum(decibels(left / total), -200.0)

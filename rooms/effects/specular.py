@@ -44,7 +44,9 @@ def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Need:
 
 def anechoic(scene: Scene) -> Scene:
     """Return the scene with surfaces that return nothing."""
-    return replace(scene, absorption=np.ones_like(scene.absorption), walls={})
+    none = np.zeros_like(scene.scattering)
+    lost = np.ones_like(scene.absorption)
+    return replace(scene, absorption=lost, scattering=none, walls={})
 
 
 def apply(scene: Scene, sound: Sound) -> None:
