@@ -45,6 +45,9 @@ _NEGLIGIBLE = 1e-4
 """Share of the energy below which images need no list of their own (-40 dB)."""
 
 
+_UNHEARD = 1e-3
+"""Share of the energy (-30 dB) whose spread over places, a half or so, moves no level."""
+
 _ANY_ORDER = 1 << 30  # no response is as long
 
 _FADING = 0.03
@@ -166,16 +169,24 @@ def _mirrored_energy(scene: Scene, sound: Sound, flow: EnergyFlow) -> FloatArray
         mean = mean + share[:, None] * flow.images
     if not np.any(mean):
         return mean[None]
-    span = scene.speed_of_sound, STEP, len(mean)
-    listed = _ANY_ORDER if order is None else order, share
+    steps = _uneven_steps(flow)
+    span = scene.speed_of_sound, STEP, steps
+    listed = _ANY_ORDER if order is None else order, share[:steps]
     kept, size = sound.reflection**2, np.asarray(scene.geometry.size)
     energies = []
     for place in sound.listeners.positions:
         ends = sound.emitter.position, place
         energy, known = image_energy(size, kept, ends, span, listed)
-        energy[known:] = mean[known:]
-        energies.append(energy)
+        energies.append(np.concatenate([energy[:known], mean[known:]]))
     return np.stack(energies)
+
+
+def _uneven_steps(flow: EnergyFlow) -> int:
+    """Return for how many steps mirrors are strong enough to tell places apart."""
+    mirrored = flow.images + flow.beyond
+    total = np.maximum(mirrored + flow.scattered, 1e-300)
+    strong = np.any(mirrored > _UNHEARD * total, axis=1)
+    return int(np.max(np.nonzero(strong)[0], initial=0)) + 1
 
 
 def _scattered_energy(

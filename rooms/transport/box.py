@@ -58,7 +58,7 @@ class Detail:
     """Rays of each wall."""
     volume_rays: int = 65536
     """Rays of the mean of all places."""
-    place_rays: int = 1024
+    place_rays: int = 512
     """Rays of each place."""
 
 

@@ -33,6 +33,8 @@ class Place:
         What arrives straight or mirrored close by.
     hits : tuple of ndarray
         The same, ray by ray: see `rooms.transport.single.collect_hits`.
+    kept : ndarray, shape (6, classes, lanes)
+        What close mirrors leave of each class of hits.
     """
 
     position: FloatArray
@@ -40,6 +42,7 @@ class Place:
     column: Any
     close: Any
     hits: tuple[Any, ...]
+    kept: FloatArray
 
 
 def find_places(box: BoxTransport, positions: FloatArray) -> list[Place]:
@@ -63,8 +66,10 @@ def _make_places(box: BoxTransport, keys: list[bytes]) -> list[Place]:
     parts = [_close(box, position) for position in positions]
     columns = box.columns(box.place_moments(positions))
     return [
-        Place(position, nearest, column, close, hits)
-        for (position, nearest, close, hits), column in zip(parts, columns, strict=True)
+        Place(position, nearest, column, close, hits, kept)
+        for (position, nearest, close, hits, kept), column in zip(
+            parts, columns, strict=True
+        )
     ]
 
 
@@ -80,7 +85,7 @@ def _close(box: BoxTransport, position: FloatArray) -> Any:
     hits = whole[:used], points[:used], values[:used]
     kept = _kept(box, nearest)
     close = box.moments_of(hits, kept * box.gate[:, None] / len(box.ways))
-    return position, nearest, close, hits
+    return position, nearest, close, hits, kept
 
 
 def _kept(box: BoxTransport, nearest: Any) -> FloatArray:
@@ -125,7 +130,7 @@ def _single(
     sums = np.zeros((6, CLASSES, CLASSES, used))
     per_bin = 1.0 / (box.speed * step)
     join_hits(box.size, one.hits, other.position, other.nearest, mirrors, per_bin, sums)
-    factor = _kept(box, one.nearest)[:, :, None] * _kept(box, other.nearest)[:, None]
+    factor = one.kept[:, :, None] * other.kept[:, None]
     factor *= box.scattered[:, None, None] * 16 * np.pi / step / len(box.ways)
     out = np.zeros((steps, box.lanes))
     out[:used] = np.tensordot(sums, factor, axes=((0, 1, 2), (0, 1, 2)))
