@@ -90,7 +90,7 @@ def parameters(energy: np.ndarray, arrival: float) -> list[float]:
     for high, low in ((-5, -35), (1, -10)):
         some = np.nonzero((curve < high) & (curve > low))[0]
         slope = np.polyfit(some, curve[some], 1)[0] if len(some) > 2 else np.nan
-        times.append(-60 * STEP / slope)
+        times.append(-60 * STEP / slope if slope < 0 else np.nan)
     split = int(arrival / STEP) + 80
     late = left[split] if split < len(left) and left[split] > 1e-5 * left[0] else np.nan
     return [*times, 10 * np.log10((left[0] - late) / late), 10 * np.log10(left[0])]

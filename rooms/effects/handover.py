@@ -45,8 +45,9 @@ _NEGLIGIBLE = 1e-4
 """Share of the energy below which images need no list of their own (-40 dB)."""
 
 
-_UNHEARD = 1e-3
-"""Share of the energy (-30 dB) whose spread over places, a half or so, moves no level."""
+_UNHEARD = 1e-2
+"""Share of the energy (-20 dB) whose spread over places, a half or so, moves a level by
+0.02 dB."""
 
 _ANY_ORDER = 1 << 30  # no response is as long
 
