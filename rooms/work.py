@@ -43,8 +43,8 @@ _COARSE_CELLS, _COARSE_MOMENTS = 7.0, 4
 """What is coarse: waves 2 % too slow at the end of the grid, 1 % at the crossover, and
 pulses exact to -40 dB. Neither moves the level of an octave by 0.1 dB."""
 
-_STEPPED_PERCENT = 20.0
-"""Coarse cells are taken from this tolerance of EDT on [%]: walls that do not run along
+_STEPPED_DB, _STEPPED_PERCENT = 2.0, 20.0
+"""Coarse cells are taken from these tolerances of C50 [dB] and EDT [%] on: walls that do not run along
 the cells turn into steps, which move it by 5 % in the lowest octave."""
 
 _CELLS = 32
@@ -88,7 +88,10 @@ def choose_work(
     """
     coarse = min(tolerance.level_db, tolerance.clarity_db) >= _COARSE_DB
     boxed = scene.geometry.lattice and budget.rays is None
-    stepped = coarse and tolerance.early_decay_percent >= _STEPPED_PERCENT
+    stepped = (
+        tolerance.clarity_db >= _STEPPED_DB
+        and tolerance.early_decay_percent >= _STEPPED_PERCENT
+    )
     until = np.inf
     if boxed and "specular" in on:
         until = _images_until(scene, budget, tolerance)
