@@ -44,8 +44,9 @@ _COARSE_CELLS, _COARSE_MOMENTS = 7.0, 4
 pulses exact to -40 dB. Neither moves the level of an octave by 0.1 dB."""
 
 _STEPPED_DB, _STEPPED_PERCENT = 2.0, 20.0
-"""Coarse cells are taken from these tolerances of C50 [dB] and EDT [%] on: walls that do not run along
-the cells turn into steps, which move it by 5 % in the lowest octave."""
+"""Coarse cells are taken from these tolerances of C50 [dB] and EDT [%] on: walls that
+do not run along the cells turn into steps, which move them by 0.6 dB and 5 to 12 % in
+the lowest octave."""
 
 _CELLS = 32
 """Directions along the edge of a cube: 2° from the nearest, so that gains of third
