@@ -85,8 +85,13 @@ def test_unknown_comparison_is_told_with_those_built_in(capsys):
 
 
 def test_a_built_in_set_has_its_floor_and_pattern(tmp_path):
+    walls = {"all": {"absorption": 0.2, "scattering": 0.4}}
+    bare = {"name": "bare", "size_m": [4.2, 3.4, 2.6], "surfaces": walls}
+    scene = tmp_path / "bare.yaml"
+    scene.write_text(yaml.safe_dump(bare))
+    made = {"name": "bare-diff", "scene": str(scene), "gains": "diff"}
     plain = {
-        "sets": [{"scene": "kitchen", "gains": "diff", "listeners": 24}],
+        "sets": [made | {"listeners": 24}],
         "models": [{"model": "nearest", "forms": ["vanilla"]}],
         "seeds": [0],
         "cache": str(tmp_path / "sets"),
@@ -94,7 +99,7 @@ def test_a_built_in_set_has_its_floor_and_pattern(tmp_path):
     (tmp_path / "small.yaml").write_text(yaml.safe_dump(plain))
     out = tmp_path / "out"
     assert main(["compare", str(tmp_path / "small.yaml"), "--out", str(out)]) == 0
-    table = json.loads((out / "kitchen-diff" / "table.json").read_text())
+    table = json.loads((out / "bare-diff" / "table.json").read_text())
     rows = {row["method"]: row for row in table["rows"]}
     floor = rows["truth, places off by 3 mm"]
     assert floor["C50"] < rows["nearest vanilla"]["C50"] < rows["chance"]["C50"]
