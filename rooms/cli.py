@@ -214,7 +214,7 @@ def _comparison(
     names: list[list[str]],
 ) -> "Table":
     """Return the table of errors against what was measured."""
-    from rooms.comparison import agreement_table, compare_parameters
+    from rooms.comparison import compare_parameters, deviation_table
     from rooms.display import parameters_of
 
     sources, receivers = (
@@ -223,7 +223,7 @@ def _comparison(
     )
     found = parameters_of(result, scene, *places)
     rows = compare_parameters(measured, found, (sources, receivers), scene.bands)
-    return agreement_table(rows, measured.bands)
+    return deviation_table(rows, measured.bands)
 
 
 def _stated(

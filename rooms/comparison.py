@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 __all__ = [
-    "Agreement",
+    "Deviation",
     "Measured",
-    "agreement_table",
     "compare_parameters",
+    "deviation_table",
     "read_measured",
 ]
 
@@ -65,7 +65,7 @@ class Measured:
 
 
 @dataclass(frozen=True, eq=False)
-class Agreement:
+class Deviation:
     """How far one parameter is from what was measured.
 
     Parameters
@@ -177,7 +177,7 @@ def compare_parameters(
     found: dict[str, FloatArray],
     names: tuple[Sequence[str], Sequence[str]],
     bands: FloatArray,
-) -> list[Agreement]:
+) -> list[Deviation]:
     """Compare parameters of simulated responses with measured ones.
 
     An entry is ranked by its mean absolute error over the values it states.
@@ -216,11 +216,11 @@ def compare_parameters(
     return [
         row
         for parameter in _UNITS
-        if (row := _agreement(parameter, measured, ours)) is not None
+        if (row := _deviation(parameter, measured, ours)) is not None
     ]
 
 
-def _agreement(parameter: str, measured: Measured, ours: Values) -> Agreement | None:
+def _deviation(parameter: str, measured: Measured, ours: Values) -> Deviation | None:
     """Return how far one parameter is, None where nothing can be compared."""
     errors = _errors(parameter, measured.values, ours)
     known = np.isfinite(errors)
@@ -234,7 +234,7 @@ def _agreement(parameter: str, measured: Measured, ours: Values) -> Agreement | 
     ]
     count = known.sum(axis=0)
     signed = np.where(known, errors, 0.0).sum(axis=0) / np.maximum(count, 1)
-    return Agreement(
+    return Deviation(
         parameter,
         next(iter(_UNITS[parameter])),
         mean,
@@ -256,7 +256,7 @@ def _errors(parameter: str, truth: Values, values: Values) -> FloatArray:
     return np.array(rows).reshape(-1, width)
 
 
-def agreement_table(rows: list[Agreement], bands: FloatArray) -> "Table":
+def deviation_table(rows: list[Deviation], bands: FloatArray) -> "Table":
     """Return errors per parameter, and per octave with their sign."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Table

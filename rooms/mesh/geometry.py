@@ -21,25 +21,13 @@ from rooms.mesh.pairing import pair_up
 from rooms.mesh.panels import Panels, find_panels
 from rooms.mesh.polygon import cut_ears
 from rooms.mesh.reach import Reach, find_reach
-from rooms.mesh.shell import closed_shell, repairs, signed_volume
+from rooms.mesh.shell import closed_shell, hull_volume, repairs, signed_volume
+from rooms.mesh.tables import Tables, make_tables
 
 __all__ = ["MeshGeometry"]
 
 _RELATIVE = 1e-6
 """Share of the diagonal within which points count as one."""
-
-
-@dataclass(frozen=True, eq=False)
-class Tables:
-    """What the compiled loops look up."""
-
-    rims: FloatArray
-    """Half-spaces within which a point of the plane lies in the triangle. Shape (F, 3,
-    4)."""
-    planes: FloatArray
-    """Normal and offset of each triangle. Shape (F, 4)."""
-    blockers: IntArray
-    """Triangles that can stand between two points of the room. Shape (B,)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -278,13 +266,8 @@ class MeshGeometry:
             return abs(signed_volume(self.corners[self.shell]))
         if self.reach.volume > 0:
             return self.reach.volume
-        from scipy.spatial import ConvexHull, QhullError
-
-        try:
-            # nothing that most directions meet: a wall or two in the open
-            return float(ConvexHull(self.vertices).volume)
-        except QhullError:
-            return 0.0
+        # nothing that most directions meet: a wall or two in the open
+        return hull_volume(self.vertices)
 
     @property
     def volume_error(self) -> float:
@@ -304,14 +287,7 @@ class MeshGeometry:
         """What is known about the size of an open mesh, in words."""
         if len(self.shell):
             return ()
-        reach, area = self.reach, float(self.areas.sum())
-        free = 4 * self.volume / max(area, 1e-9)
-        return (
-            f"sound reaches about {self.volume:.4g} m³ (± {reach.error:.2g}) and"
-            f" {area:.4g} m² of surface, mean free path {free:.2g} m;"
-            f" {100 * reach.open_share:.2g} % of the directions from inside meet"
-            f" nothing, {reach.open_length:.3g} m of edges are free",
-        )
+        return (self.reach.described(self.volume, float(self.areas.sum())),)
 
     @cached_property
     def shell(self) -> IntArray:
@@ -343,22 +319,10 @@ class MeshGeometry:
         return np.nonzero((height.min(1) < -slack) & (height.max(1) > slack))[0]
 
     @cached_property
-    def tables(self) -> "Tables":
+    def tables(self) -> Tables:
         """What the compiled loops look up."""
-        corners = self.corners
-        sides = np.roll(corners, -1, axis=1) - corners
-        normal = np.cross(sides[:, 0], sides[:, 1])
-        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-        inward = np.cross(normal[:, None], sides)
-        inward /= np.linalg.norm(inward, axis=2, keepdims=True)
-        rim = np.einsum("fsk,fsk->fs", inward, corners)
-        offset = np.einsum("fk,fk->f", normal, corners[:, 0])
         blocking = np.isin(self.panels.of_face, self.occluders)
-        return Tables(
-            np.ascontiguousarray(np.concatenate([inward, rim[:, :, None]], axis=2)),
-            np.column_stack([normal, offset]),
-            np.nonzero(blocking)[0],
-        )
+        return make_tables(self.corners, blocking)
 
     @cached_property
     def pairs(self) -> tuple[FloatArray, NDArray[np.bool_]]:
@@ -372,17 +336,15 @@ class MeshGeometry:
         return build_hierarchy(*self.pairs, 2e-6 * self.diagonal)
 
     def sees(self, point: FloatArray, others: FloatArray) -> NDArray[np.bool_]:
-        """Tell which points, shape (N, 3), are in free sight of one; all local."""
+        """Tell which points, (N, 3), are in free sight of one or of N; all local."""
         starts = np.broadcast_to(point, others.shape).copy()
         tree, panel = self.hierarchy.arrays, self.panels.of_face
         return free_ways(tree, panel, starts, others, 1e-9 * self.diagonal)
 
     def visible(self, a: ArrayLike, b: ArrayLike) -> NDArray[np.bool_]:
         """Tell which of N segments from `a` to `b`, shape (N, 3), are free."""
-        starts, ends = self.localised(a), self.localised(b)
-        starts, ends = (part.copy() for part in np.broadcast_arrays(starts, ends))
-        tree, panel = self.hierarchy.arrays, self.panels.of_face
-        return free_ways(tree, panel, starts, ends, 1e-9 * self.diagonal)
+        starts, ends = np.broadcast_arrays(self.localised(a), self.localised(b))
+        return self.sees(starts, ends.copy())
 
     @property
     def convex(self) -> bool:

@@ -52,6 +52,16 @@ class Reach:
     open_share: float
     open_length: float
 
+    def described(self, volume: float, area: float) -> str:
+        """Return in words how large a room of this volume and area is, and how open."""
+        free = 4 * volume / max(area, 1e-9)
+        return (
+            f"sound reaches about {volume:.4g} m³ (± {self.error:.2g}) and"
+            f" {area:.4g} m² of surface, mean free path {free:.2g} m;"
+            f" {100 * self.open_share:.2g} % of the directions from inside meet"
+            f" nothing, {self.open_length:.3g} m of edges are free"
+        )
+
 
 def find_reach(
     vertices: FloatArray, faces: IntArray, tree: Any, of_face: IntArray

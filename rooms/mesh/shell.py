@@ -5,7 +5,7 @@ import numpy as np
 from rir.arrays import FloatArray, IntArray
 from rooms.mesh.cleaning import Cleaned, edge_table
 
-__all__ = ["closed_shell", "repairs", "signed_volume"]
+__all__ = ["closed_shell", "hull_volume", "repairs", "signed_volume"]
 
 _WHOLE = 0.99  # of the extent of all: what is smaller stands in the room
 
@@ -60,3 +60,13 @@ def repairs(mesh: Cleaned, panels: int) -> tuple[str, ...]:
             open_ = "open surfaces stand in a closed shell: both sides of all reflect"
         done.append(open_)
     return tuple(done)
+
+
+def hull_volume(vertices: FloatArray) -> float:
+    """Return the volume of the convex hull of points, 0 if they lie in a plane."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        return float(ConvexHull(vertices).volume)
+    except QhullError:
+        return 0.0

@@ -43,7 +43,7 @@ _STEEPEST = 0.25
 _STEPS = 512
 """Most time steps; the cost grows with them."""
 
-_ALL = 1 << 30
+_ALL = 1 << 30  # no response holds as many reflections, and sums fit 32 bits
 
 
 @dataclass(frozen=True)

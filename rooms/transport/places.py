@@ -9,7 +9,7 @@ from rir.arrays import FloatArray
 from rooms.transport.box import BoxTransport
 from rooms.transport.single import CLASSES, collect_hits, join_hits
 
-__all__ = ["Place", "find_places", "pair_energy"]
+__all__ = ["BoxPlace", "find_places", "pair_energy"]
 
 
 _TOGETHER = 16
@@ -20,7 +20,7 @@ _KEPT = 256
 
 
 @dataclass(frozen=True, eq=False)
-class Place:
+class BoxPlace:
     """What a place leaves on the walls.
 
     Parameters
@@ -45,7 +45,7 @@ class Place:
     kept: FloatArray
 
 
-def find_places(box: BoxTransport, positions: FloatArray) -> list[Place]:
+def find_places(box: BoxTransport, positions: FloatArray) -> list[BoxPlace]:
     """Return places at positions, shape (places, 3); known ones are not redone."""
     positions = np.ascontiguousarray(positions, dtype=float)
     keys = [position.tobytes() for position in positions]
@@ -61,12 +61,12 @@ def find_places(box: BoxTransport, positions: FloatArray) -> list[Place]:
     return [found[key] for key in keys]
 
 
-def _make_places(box: BoxTransport, keys: list[bytes]) -> list[Place]:
+def _make_places(box: BoxTransport, keys: list[bytes]) -> list[BoxPlace]:
     positions = np.stack([np.frombuffer(key) for key in keys])
     parts = [_close(box, position) for position in positions]
     columns = box.columns(box.place_moments(positions))
     return [
-        Place(position, nearest, column, close, hits, kept)
+        BoxPlace(position, nearest, column, close, hits, kept)
         for (position, nearest, close, hits, kept), column in zip(
             parts, columns, strict=True
         )
@@ -100,7 +100,7 @@ def _kept(box: BoxTransport, nearest: Any) -> FloatArray:
 
 
 def pair_energy(
-    box: BoxTransport, one: Place, other: Place, step: float, steps: int
+    box: BoxTransport, one: BoxPlace, other: BoxPlace, step: float, steps: int
 ) -> FloatArray:
     """Return scattered energy per second in steps of time, shape (steps, bands).
 
@@ -122,7 +122,7 @@ def pair_energy(
 
 
 def _single(
-    box: BoxTransport, one: Place, other: Place, step: float, steps: int
+    box: BoxTransport, one: BoxPlace, other: BoxPlace, step: float, steps: int
 ) -> FloatArray:
     mirrors = np.any(box.mirrored > 0, axis=1)
     longest = 6 * float(np.linalg.norm(box.size)) / (box.speed * step)

@@ -15,7 +15,7 @@ from numba import njit
 
 __all__ = ["collect_hits", "deposit_hits", "join_hits"]
 
-CLASSES = 4
+CLASSES = 4  # mirrored or not at the nearest wall of each of the two other axes
 _CLOSEST = 1e-6
 """Least distance from a wall [m]: all that a place on a wall sends there stays."""
 
