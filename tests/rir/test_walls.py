@@ -1,5 +1,7 @@
 """Walls against closed forms: what admittances, layers and sheets do to plane waves."""
 
+from typing import Any, TypeVar
+
 import numpy as np
 import pytest
 
@@ -20,6 +22,14 @@ from rir.walls import (
 )
 from rir.walls.conformance import check_wall_model
 
+Wall = TypeVar("Wall")
+
+
+def _made(kind: type[Wall], **values: Any) -> Wall:
+    """Return a wall from values as a room file states them."""
+    return kind(**values)
+
+
 C = speed_of_sound(20.0)
 F = np.array([63.0, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0])
 WOOL = {"porous": {"thickness_m": 0.05, "flow_resistivity_pa_s_m2": 10000.0}}
@@ -32,7 +42,10 @@ def _gap(depth):
 def test_real_impedance_absorbs_diffuse_sound_as_kuttruff_says():
     zeta = np.array([0.3, 1.0, 1.567, 4.0, 30.0, 1000.0])
     closed = 8 / zeta**2 * (1 + zeta - 1 / (1 + zeta) - 2 * np.log1p(zeta))
-    found = [random_incidence(Impedance(resistance=float(z)), [500.0])[0] for z in zeta]
+    found = [
+        random_incidence(_made(Impedance, resistance=float(z)), [500.0])[0]
+        for z in zeta
+    ]
     assert np.allclose(found, closed, atol=1e-9)
     assert found[2] == pytest.approx(0.951, abs=5e-4)
     assert max(found) == found[2]
@@ -45,14 +58,14 @@ def test_complex_impedance_absorbs_diffuse_sound_as_kuttruff_says():
         closed = size + np.cos(2 * phase) / np.sin(phase) * turn
         closed -= np.cos(phase) * np.log(1 + 2 * size * np.cos(phase) + size**2)
         closed *= 8 * np.cos(phase) / size**2
-        wall = Impedance(resistance=resistance, reactance=reactance)
+        wall = _made(Impedance, resistance=resistance, reactance=reactance)
         assert random_incidence(wall, [500.0])[0] == pytest.approx(closed, abs=1e-6)
 
 
 def test_admittance_of_an_absorption_absorbs_it():
     shares = np.array([0.0, 0.02, 0.3, 0.7, 0.95])
     for share, beta in zip(shares, real_admittance(shares), strict=True):
-        wall = Admittance(conductance=float(beta))
+        wall = _made(Admittance, conductance=float(beta))
         assert random_incidence(wall, [1000.0])[0] == pytest.approx(share, abs=1e-6)
     with pytest.raises(ValueError, match=r"at most 0\.951"):
         real_admittance(np.array([0.96]))
@@ -60,7 +73,9 @@ def test_admittance_of_an_absorption_absorbs_it():
 
 def test_an_air_gap_before_a_rigid_wall_only_delays():
     depth, cosine = 0.13, np.array([1.0, 0.6, 0.2])
-    factor = pressure_factor(LayeredWall(layers=[_gap(depth)]), F[:, None], cosine)
+    factor = pressure_factor(
+        _made(LayeredWall, layers=[_gap(depth)]), F[:, None], cosine
+    )
     turned = np.exp(-4j * np.pi * F[:, None] / C * depth * cosine)
     assert np.allclose(factor, turned, atol=1e-12)
 
@@ -68,7 +83,7 @@ def test_an_air_gap_before_a_rigid_wall_only_delays():
 def test_a_thin_resistive_sheet_absorbs_all_a_quarter_wave_before_the_wall():
     depth = 0.1
     sheet = {"panel": {"mass_kg_m2": 1e-6, "resistance_pa_s_m": AIR_DENSITY * C}}
-    wall = LayeredWall(layers=[sheet, _gap(depth)])
+    wall = _made(LayeredWall, layers=[sheet, _gap(depth)])
     quarter = C / (4 * depth)
     assert abs(pressure_factor(wall, quarter, 1.0)) < 1e-4
     assert abs(pressure_factor(wall, 2 * quarter, 1.0)) > 0.999
@@ -76,7 +91,7 @@ def test_a_thin_resistive_sheet_absorbs_all_a_quarter_wave_before_the_wall():
 
 def test_a_panel_between_two_rooms_follows_the_mass_law():
     mass = 12.0
-    wall = LayeredWall(layers=[{"panel": {"mass_kg_m2": mass}}], backing="air")
+    wall = _made(LayeredWall, layers=[{"panel": {"mass_kg_m2": mass}}], backing="air")
     cosine = np.array([1.0, 0.5])
     passed = 1 - np.abs(pressure_factor(wall, F[:, None], cosine)) ** 2
     part = np.pi * F[:, None] * mass * cosine / (AIR_DENSITY * C)
@@ -86,7 +101,7 @@ def test_a_panel_between_two_rooms_follows_the_mass_law():
 def test_a_panel_resonates_with_the_air_behind_it():
     mass, depth = 5.0, 0.05
     panel = {"panel": {"mass_kg_m2": mass, "resistance_pa_s_m": 500.0}}
-    wall = LayeredWall(layers=[panel, _gap(depth)])
+    wall = _made(LayeredWall, layers=[panel, _gap(depth)])
     f = np.linspace(40, 400, 2000)
     absorbed = 1 - np.abs(pressure_factor(wall, f, 1.0)) ** 2
     resonance = C / (2 * np.pi) * np.sqrt(AIR_DENSITY / (mass * depth))
@@ -103,8 +118,9 @@ def test_miki_gives_the_published_impedance_and_wavenumber():
 
 
 def test_a_deep_porous_layer_hides_its_backing():
-    deep = LayeredWall(
-        layers=[{"porous": {"thickness_m": 5.0, "flow_resistivity_pa_s_m2": 2e4}}]
+    deep = _made(
+        LayeredWall,
+        layers=[{"porous": {"thickness_m": 5.0, "flow_resistivity_pa_s_m2": 2e4}}],
     )
     medium = Porous(thickness_m=1.0, flow_resistivity_pa_s_m2=2e4)
     impedance, wave = medium.medium(F)
@@ -115,12 +131,14 @@ def test_a_deep_porous_layer_hides_its_backing():
 
 
 def test_local_reaction_forgets_the_angle():
-    wall = LayeredWall(layers=[WOOL, _gap(0.1)], locally_reacting=True)
-    free = LayeredWall(layers=[WOOL, _gap(0.1)])
+    wall = _made(LayeredWall, layers=[WOOL, _gap(0.1)], locally_reacting=True)
+    free = _made(LayeredWall, layers=[WOOL, _gap(0.1)])
     assert np.allclose(
         wall.admittance(F, np.array(0.2)), free.admittance(F, np.array(1.0))
     )
-    assert not np.allclose(free.admittance(F, np.array(0.2)), wall.admittance(F, 1.0))
+    assert not np.allclose(
+        free.admittance(F, np.array(0.2)), wall.admittance(F, np.array(1.0))
+    )
 
 
 def test_narrow_holes_resist_as_poiseuille_says_and_wide_ones_weigh():
@@ -147,6 +165,7 @@ def test_a_surface_takes_one_kind_of_wall():
     assert surface.absorption_per_band[3] == pytest.approx(0.83, abs=0.02)
     local = Surface.model_validate({"absorption": 0.3, "locally_reacting": True})
     assert np.allclose(local.absorption_per_band, 0.3)
+    assert local.wall_model is not None
     assert np.allclose(random_incidence_octaves(local.wall_model, F), 0.3, atol=1e-6)
     assert Surface.model_validate({"absorption": 0.3}).wall_model is None
 

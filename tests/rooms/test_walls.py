@@ -1,5 +1,7 @@
 """Walls that reflect by angle, in rooms: against the exact field over a plane."""
 
+from typing import Any, TypeVar
+
 import numpy as np
 import pytest
 from scipy.special import j0
@@ -13,10 +15,18 @@ from rooms.mesh import MeshGeometry
 from rooms.sound import Budget, Sound
 from rooms.wave_grid import WaveGrid
 
+Wall = TypeVar("Wall")
+
+
+def _made(kind: type[Wall], **values: Any) -> Wall:
+    """Return a wall from values as a room file states them."""
+    return kind(**values)
+
+
 C = 343.2
 OCTAVES = [250.0, 500.0, 1000.0]
 WOOL = {"porous": {"thickness_m": 0.05, "flow_resistivity_pa_s_m2": 10000.0}}
-LAYERS = LayeredWall(layers=[WOOL], locally_reacting=True)
+LAYERS = _made(LayeredWall, layers=[WOOL], locally_reacting=True)
 EFFECTS_ON = ["direct", "specular", "walls"]
 
 
@@ -47,7 +57,7 @@ def _levels(spectrum):
 
 
 @pytest.mark.parametrize("degrees", [0, 60, 80])
-@pytest.mark.parametrize("wall", [Admittance(conductance=0.4), LAYERS])
+@pytest.mark.parametrize("wall", [_made(Admittance, conductance=0.4), LAYERS])
 def test_direct_and_reflected_sound_are_those_over_a_plane(wall, degrees):
     low, high = 1.0, 1.4
     across = (low + high) * np.tan(np.radians(degrees))
@@ -72,7 +82,7 @@ def test_a_box_and_its_mesh_reflect_alike():
     box = Scene.shoebox(
         (4, 3, 2.5),
         absorption=0.5,
-        walls={"floor": Impedance(resistance=2.0, reactance=-1.0)},
+        walls={"floor": _made(Impedance, resistance=2.0, reactance=-1.0)},
     )
     mesh = Scene.of_geometry(MeshGeometry.box((4, 3, 2.5)), materials)
     one, other = (
@@ -121,10 +131,10 @@ def test_only_rooms_with_such_walls_call_for_them():
     need = EFFECTS["walls"].needed(angled, budget, tolerance)
     assert need.on
     assert "1 of 6 surfaces" in need.reason
-    stiff = {"x0": Impedance(resistance=0.0, reactance=-2.0)}  # loses nothing
+    stiff = {"x0": _made(Impedance, resistance=0.0, reactance=-2.0)}  # loses nothing
     scene = Scene.shoebox((4, 3, 2.5), walls=stiff)
     assert EFFECTS["walls"].needed(scene, budget, tolerance).on
-    rigid = Scene.shoebox((4, 3, 2.5), walls={"x0": Admittance(conductance=0.0)})
+    rigid = Scene.shoebox((4, 3, 2.5), walls={"x0": _made(Admittance, conductance=0.0)})
     assert not EFFECTS["walls"].needed(rigid, budget, tolerance).on
 
 
@@ -141,7 +151,7 @@ def _traced(scene, rays=4000):
 
 
 def test_rays_lose_at_each_angle_what_images_lose():
-    soft, hard = LayeredWall(layers=[WOOL]), Admittance(conductance=0.03)
+    soft, hard = _made(LayeredWall, layers=[WOOL]), _made(Admittance, conductance=0.03)
     scene = Scene.shoebox((6, 5, 3), walls={"floor": soft, "all": hard})
     energy, sound = _traced(scene)
     factors = np.abs(sound.by_class(32).specular)
@@ -167,7 +177,7 @@ def test_rays_lose_at_each_angle_what_images_lose():
 
 
 def test_rough_walls_decay_as_independent_rays_do():
-    hard = Admittance(conductance=0.05)
+    hard = _made(Admittance, conductance=0.05)
     scene = Scene.shoebox((4, 4, 4), scattering=1.0, walls={"all": hard})
     energy = _traced(scene, 20000)[0][10:30, 3]
     slope = np.polyfit(np.arange(20), np.log(energy), 1)[0]
@@ -181,7 +191,7 @@ def test_the_grid_has_the_modes_of_its_walls():
 
     size, beta = np.array([3.0, 2.5, 2.0]), 0.05
     ends = np.array([0.8, 1.1, 0.9]), np.array([2.2, 1.6, 1.3])
-    scene = Scene.shoebox(size, walls={"all": Admittance(conductance=beta)})
+    scene = Scene.shoebox(size, walls={"all": _made(Admittance, conductance=beta)})
     grid = WaveGrid(scene, 260.0, 12)
     made = grid.responses(ends[0], ends[1][None], 0.5)[0]
     rise = butter(2, 12, "highpass", fs=grid.sample_rate, output="sos")

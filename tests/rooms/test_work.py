@@ -1,5 +1,7 @@
 """A plan works no finer than its tolerance asks for."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -13,7 +15,7 @@ RUN = {"sample_rate": 4000, "duration": 0.4}
 ENDS = [1.2, 3.1, 1.4], [[4.1, 1.3, 1.7], [2.5, 2.2, 1.1]]
 
 
-def box(**options: object) -> Scene:
+def box(**options: Any) -> Scene:
     return Scene.shoebox((6, 5, 3), absorption=0.25, scattering=0.3, **options)
 
 
