@@ -88,16 +88,38 @@ def validate(data: Any, model: type[ConfigT], *, origin: str) -> ConfigT:
     try:
         return model.model_validate({} if data is None else data)
     except ValidationError as error:
-        lines = [_describe(problem, model) for problem in error.errors()]
+        lines = [_describe(problem, model) for problem in _told(error.errors())]
         count = f"{len(lines)} mistake" + ("s" if len(lines) > 1 else "")
         raise ConfigError("\n  ".join([f"{origin} has {count}:", *lines])) from error
 
 
+def _told(problems: list[Any]) -> list[Any]:
+    """Leave out that a value is not the one word that could stand in its place."""
+    told = [p for p in problems if not _is_word(p)]
+    return told + [p for p in problems if _is_word(p) and not _has_other(p, told)]
+
+
+def _is_word(problem: Any) -> bool:
+    return problem["type"] == "literal_error" and _is_branch(problem["loc"][-1])
+
+
+def _has_other(problem: Any, told: list[Any]) -> bool:
+    place = problem["loc"][:-1]
+    return any(other["loc"][: len(place)] == place for other in told)
+
+
+def _is_branch(part: Any) -> bool:
+    # of several sorts of value, pydantic names the one that it tried, as "literal[x]"
+    return "[" in str(part)
+
+
 def _describe(problem: Any, model: type[BaseModel]) -> str:
-    path = ".".join(str(part) for part in problem["loc"]) or "(whole file)"
+    parts = [str(part) for part in problem["loc"] if not _is_branch(part)]
+    path = ".".join(parts) or "(whole file)"
     if problem["type"] == "model_type":
         sort = type(problem["input"]).__name__
-        return f"{path}: should hold keys and values, not a {sort}"
+        article = "an" if sort[0] in "aeiou" else "a"
+        return f"{path}: should hold keys and values, not {article} {sort}"
     if problem["type"] == "union_tag_invalid":
         tag, known = problem["ctx"]["tag"], problem["ctx"]["expected_tags"]
         return f"{path}: no kind {tag!r}; known: {known.replace(chr(39), '')}"

@@ -36,6 +36,10 @@ _SCATTERING = 0.05
 _UNTOLD = 100.0
 """Percent for a decay that the response is too short to tell."""
 
+_ENDLESS = 1000.0
+"""Lengths of the response after which a decay counts as over: its errors are whole by
+then, and without any loss it would never be."""
+
 _MOST_MATERIALS = 6
 """Materials whose errors are told apart; those of the others stray as one."""
 
@@ -124,6 +128,7 @@ def _order(scene: Scene, plan: EffectPlan, budget: Budget) -> dict[str, float]:
 def _length(scene: Scene, budget: Budget) -> dict[str, float]:
     """Return what the end of the response changes against a whole decay."""
     whole = max(1.2 * float(scene.eyring_t60().max()), budget.duration)
+    whole = min(whole, _ENDLESS * budget.duration)
     if whole <= budget.duration:
         return {}
     heard = _heard(scene, budget)

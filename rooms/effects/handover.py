@@ -153,6 +153,8 @@ def flow_energy(scene: Scene, sound: Sound) -> tuple[NDArray[np.float64], float]
         Time step [s].
     """
     flow = flow_of(scene, sound)
+    if not len(sound.listeners.positions):
+        return np.zeros((0, *flow.images.shape)), STEP
     energy = _mirrored_energy(scene, sound, flow)
     spread = sound.scattering
     if spread is None or not np.any(spread):

@@ -77,6 +77,21 @@ def test_every_mistake_is_told_at_once(tmp_path: Path) -> None:
     assert "air.temperature: unknown key (did you mean 'temperature_c'?)" in message
 
 
+def test_mistakes_in_seats_are_told_by_the_keys_of_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "room.yaml"
+    floor = "floor: {absorption: 0.5, seats: %s}"
+    for seats, told in (
+        ("{row_m: 0}", "floor.seats.row_m: Input should be greater than 0 (got 0)"),
+        ("{backs: 1}", "floor.seats.backs: unknown key"),
+        ("5", "floor.seats: should hold keys and values, not an int"),
+    ):
+        stated = f"all: brick, {floor % seats}"
+        path.write_text(f"name: x\nsize_m: [4, 3, 2]\nsurfaces: {{{stated}}}\n")
+        with pytest.raises(ConfigError) as caught:
+            RoomSpec.load(path)
+        assert str(caught.value).splitlines()[1:] == [f"  surfaces.{told}"]
+
+
 def test_a_missing_surface_is_named() -> None:
     with pytest.raises(ValueError, match="no surface is stated for floor, ceiling"):
         box(surfaces={"walls": "brick"})

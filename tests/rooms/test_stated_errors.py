@@ -45,6 +45,12 @@ def test_a_decay_cut_short_is_told():
     assert short.error_parts["length"]["reverberation_percent"] > 20
 
 
+def test_sound_that_never_decays_is_cut_wherever_it_ends():
+    made = simulate(box(0.0, 0.0), *ENDS, effects=["direct", "specular"], **RUN)
+    assert made.error_parts["length"]["reverberation_percent"] == 100
+    assert 20 < made.errors["level_db"] < np.inf
+
+
 def test_what_is_left_off_counts_whoever_left_it_off():
     made = simulate(box(), *ENDS, effects=["direct", "specular"], **RUN)
     assert made.error_parts["left off"]["reverberation_percent"] > 1
