@@ -13,6 +13,10 @@ from rir.arrays import FloatArray
 
 __all__ = ["WallFunctions", "make_functions"]
 
+_HIGHEST = 12.0
+"""Highest degree of all, that of boxes twenty times as long as wide: the rays of a wall
+tell no finer ones, and the work grows with the square of their number."""
+
 
 @dataclass(frozen=True, eq=False)
 class WallFunctions:
@@ -66,7 +70,8 @@ def make_functions(size: FloatArray, degree: float, stretch: float) -> WallFunct
         for side in sides:
             across = min(size[k] for k in range(3) if k != side)
             ratio = max(size[side] / across, 1.0)
-            highest.append(max(np.floor(degree * ratio**stretch + 1e-9), 1.0))
+            wanted = max(np.floor(degree * ratio**stretch + 1e-9), 1.0)
+            highest.append(min(wanted, _HIGHEST))
         area = size[sides[0]] * size[sides[1]]
         for i in range(int(highest[0]) + 1):
             for j in range(int(highest[1]) + 1):
