@@ -34,11 +34,13 @@ def fit_line(
     Returns
     -------
     slope : float
-        Decibels per unit of time; NaN where fewer than three points lie between.
+        Decibels per unit of time; NaN where fewer than three points lie between, or
+        all at one time.
     inside : ndarray of int
         The points used.
     """
     inside = np.flatnonzero((levels <= upper) & (levels >= lower))
-    if len(inside) < 3:  # two points lie on a line whatever the decay
+    # two points lie on a line whatever the decay
+    if len(inside) < 3 or not np.ptp(times[inside]):
         return np.nan, inside
     return np.polyfit(times[inside], levels[inside], 1)[0], inside

@@ -223,7 +223,16 @@ def _comparison(
     )
     found = parameters_of(result, scene, *places)
     rows = compare_parameters(measured, found, (sources, receivers), scene.bands)
-    return deviation_table(rows, measured.bands)
+    table = deviation_table(rows, measured.bands)
+    known = {name.lower() for name in (*sources, *receivers)}
+    pairs = {(source, receiver) for source, receiver, _ in measured.values}
+    strange = [f"{one} to {other}" for one, other in pairs if not {one, other} <= known]
+    if strange:
+        first = min(strange)
+        table.caption = f"{len(strange)} measured pairs not simulated, as {first}"
+    elif not rows:
+        table.caption = "nothing to compare: the response is too short or too coarse"
+    return table
 
 
 def _stated(

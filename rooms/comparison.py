@@ -40,6 +40,8 @@ _UNITS = {
 _FROM_SI = {"TS": 1e3, "D50": 100.0}
 """What turns values of `rooms.parameters` into the unit shown, where it is another."""
 
+_NEVER_NEGATIVE = ("EDT", "T20", "T30", "TS", "D50")
+
 _COLUMNS = ("source", "receiver", "parameter", "unit")
 _MEASURED = ("", "measured", "measurement")
 """How the column `entry` calls what was measured."""
@@ -169,6 +171,10 @@ def _read_row(
     key = cells["source"].lower(), cells["receiver"].lower(), parameter
     if key in table:
         raise ConfigError(f"{where}: {parameter} of this pair stands there twice")
+    if parameter in _NEVER_NEGATIVE and np.any(np.less(values, 0)):
+        raise ConfigError(
+            f"{where}: {parameter} is never negative, not {np.nanmin(values)}"
+        )
     table[key] = np.array(values) * sizes[cells["unit"]]
 
 
@@ -207,7 +213,14 @@ def compare_parameters(
         if source in sources and receiver in receivers:
             row = found[parameter][sources.index(source), receivers.index(receiver)]
             ours[key] = np.where(fits, row[octave], np.nan) * _FROM_SI.get(parameter, 1)
-    if not ours or not np.any(fits):
+    if not np.any(fits):
+        stated = ", ".join(f"{f:g}" for f in measured.bands)
+        known = ", ".join(f"{f:g}" for f in bands)
+        raise ConfigError(
+            f"no measured octave was simulated: the file has {stated} Hz, octaves are"
+            f" {known} Hz"
+        )
+    if not ours:
         pairs = sorted({f"{s} to {r}" for s, r, _ in measured.values})
         raise ConfigError(
             f"no measured pair was simulated: the file has {', '.join(pairs[:4])}…;"

@@ -64,14 +64,22 @@ _ERROR_WORDS = {
 
 
 def error_lines(result: "Simulation") -> list[str]:
-    """Return the standard errors of a result: together, then cause by cause."""
+    """Return the standard errors of a result: together, then cause by cause.
+
+    Before them stands how many pairs the sound has not reached when the response ends:
+    no error is predicted for those.
+    """
+    silent = int(np.sum(~np.any(result.responses, axis=-1)))
+    seconds = result.responses.shape[-1] / result.sample_rate
+    pairs = f"{silent} of {result.responses[..., 0].size} pairs"
+    unheard = [f"no sound arrives within {seconds:g} s at {pairs}"] if silent else []
     causes = [
         f"  {cause}: {_error_words(errors)}"
         for cause, errors in result.error_parts.items()
         if any(errors.values())
     ]
     head = "standard error (worst octave), all causes together"
-    return [f"{head}: {_error_words(result.errors)}", *causes]
+    return [*unheard, f"{head}: {_error_words(result.errors)}", *causes]
 
 
 def _error_words(errors: dict[str, float]) -> str:

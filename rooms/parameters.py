@@ -60,12 +60,14 @@ def hall_parameters(
         )
     rows = h.reshape(-1, h.shape[-1])
     starts = np.maximum(np.round((when.ravel() - _LEAD) * sample_rate), 0).astype(int)
+    # close places hear the direct sound sooner than the lead
+    leads = np.minimum(np.round(when.ravel() * sample_rate), round(_LEAD * sample_rate))
     found = [
-        _of_one(row, sample_rate, start, f)
-        for row, start in zip(rows, starts, strict=True)
+        _of_one(row, sample_rate, start, int(lead), f)
+        for row, start, lead in zip(rows, starts, leads, strict=True)
     ]
     shape = (*when.shape, len(f))
-    names = found[0] if found else _of_one(np.zeros(2), sample_rate, 0, f)
+    names = found[0] if found else _of_one(np.zeros(2), sample_rate, 0, 0, f)
     return {
         name: np.array([each[name] for each in found]).reshape(shape) for name in names
     }
@@ -80,7 +82,7 @@ def _octave(f: FloatArray, center: float) -> FloatArray:
 
 
 def _of_one(
-    response: FloatArray, rate: int, start: int, centers: FloatArray
+    response: FloatArray, rate: int, start: int, lead: int, centers: FloatArray
 ) -> dict[str, FloatArray]:
     n = len(response)
     length = 2 * n
@@ -95,18 +97,18 @@ def _of_one(
         energy = band[:n] ** 2
         energy[start : start + 1] += energy[:start].sum()
         known = center < rate / 2
-        columns.append(_of_band(energy[start:], rate, float(pulse @ pulse), known))
+        size = float(pulse @ pulse)
+        columns.append(_of_band(energy[start:], rate, lead, size, known))
     return {name: np.array([c[name] for c in columns]) for name in columns[0]}
 
 
 def _of_band(
-    energy: FloatArray, rate: int, pulse: float, known: bool
+    energy: FloatArray, rate: int, lead: int, pulse: float, known: bool
 ) -> dict[str, float]:
     total = float(energy.sum())
     if not known or total <= 0:
         names = (*FIT_RANGES_DB, "TS", "C50", "C80", "G", "D50")
         return dict.fromkeys(names, float("nan"))
-    lead = round(_LEAD * rate)
     times = np.maximum(np.arange(len(energy)) - lead, 0) / rate
     early = {ms: float(energy[: lead + ms * rate // 1000].sum()) for ms in (50, 80)}
     left = remaining_energy(energy)

@@ -26,10 +26,10 @@ def check_target(path: Path, kinds: tuple[str, ...] = _KINDS) -> None:
     ConfigError
         If the name ends in none of the kinds, or no file can be written there.
     """
-    if kinds and path.suffix not in kinds:
-        raise ConfigError(f"cannot write {path.name}: end it in {', '.join(kinds)}")
     if path.is_dir():
         raise ConfigError(f"cannot write {path}: it is a folder; name a file")
+    if kinds and path.suffix not in kinds:
+        raise ConfigError(f"cannot write {path.name}: end it in {', '.join(kinds)}")
     folder = next((up for up in path.absolute().parents if up.exists()), path)
     if not folder.is_dir():
         raise ConfigError(f"cannot write {path}: {folder} is no folder")

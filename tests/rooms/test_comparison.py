@@ -48,6 +48,7 @@ def test_entries_are_ranked_by_their_mean_error(tmp_path):
         ("", "source,receiver,parameter,125\n", "lacks the column 'unit'"),
         ("", "source,receiver,parameter,unit\n", "no column of an octave"),
         ("S1,R1,T30,s,1,2\n", HEAD, "line 2 has 6 cells"),
+        ("S1,R1,T30,s,,-1,\n", HEAD, "line 2: T30 is never negative, not -1"),
         ("S1,R1,T31,s,1,2,\n", HEAD, "unknown parameter 'T31'"),
         ("S1,R1,T30,min,1,2,\n", HEAD, "the unit of T30 is 's' or 'ms'"),
         ("S1,R1,T30,s,one,2,\n", HEAD, "could not convert"),
@@ -64,6 +65,10 @@ def test_wrong_files_are_told_in_one_line(tmp_path, rows, head, told):
 def test_unknown_places_are_told_with_those_there_are(tmp_path):
     measured = read_measured(written(tmp_path, "A,B,T30,s,1,2,\n"))
     with pytest.raises(ConfigError, match=r"has a to b.*sources are S1"):
+        compare_parameters(measured, found(T30=1.0), (["S1"], ["R1"]), BANDS)
+    head = HEAD.replace("500,1000", "315,8000")
+    measured = read_measured(written(tmp_path, "S1,R1,T30,s,1,1,\n", head))
+    with pytest.raises(ConfigError, match="the file has 315, 8000 Hz, octaves are 125"):
         compare_parameters(measured, found(T30=1.0), (["S1"], ["R1"]), BANDS)
     with pytest.raises(ConfigError, match="there is no file"):
         read_measured(tmp_path / "none.csv")

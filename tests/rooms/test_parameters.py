@@ -32,6 +32,15 @@ def test_an_exponential_decay_has_its_closed_form_parameters(t60):
     np.testing.assert_allclose(mean["TS"], t60 / np.log(10) / 6, rtol=0.08)
 
 
+def test_limits_of_close_places_count_from_the_direct_sound():
+    response = np.zeros(4 * RATE // 10)
+    response[[16, 16 + RATE // 20 + 8]] = 1.0, 0.5  # after 1 ms, and 50.5 ms later
+    found = hall_parameters(response, RATE, 0.001, OCTAVES[-1:])
+    np.testing.assert_allclose(found["C50"], 20 * np.log10(2), atol=0.2)
+    same = hall_parameters(decay(0.4, delay=0.0), RATE, np.zeros(8), OCTAVES[2:])
+    np.testing.assert_allclose(np.nanmean(same["T30"], axis=0), 0.4, rtol=0.08)
+
+
 def test_strength_is_the_level_against_ten_metres_of_free_field():
     scene = Scene.shoebox((30, 30, 30), absorption=1.0)
     ends = [5, 15, 15], [[15, 15, 15], [7.5, 15, 15]]

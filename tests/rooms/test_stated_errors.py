@@ -51,6 +51,12 @@ def test_sound_that_never_decays_is_cut_wherever_it_ends():
     assert 20 < made.errors["level_db"] < np.inf
 
 
+def test_silence_before_the_first_sound_is_told():
+    made = simulate(box(), *ENDS, sample_rate=4000, duration=1 / 4000)
+    assert error_lines(made)[0] == "no sound arrives within 0.00025 s at 1 of 1 pairs"
+    assert "no sound" not in " ".join(error_lines(simulate(box(), *ENDS, **RUN)))
+
+
 def test_what_is_left_off_counts_whoever_left_it_off():
     made = simulate(box(), *ENDS, effects=["direct", "specular"], **RUN)
     assert made.error_parts["left off"]["reverberation_percent"] > 1
