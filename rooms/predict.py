@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from rir.arrays import FloatArray
 from rir.decay import fit_line, remaining_energy
+from rir.errors import SceneError
 from rir.physics import decibels
 from rooms.energy_flow import energy_flow
 from rooms.geometry import Shoebox
@@ -44,6 +45,8 @@ def equivalent_box(scene: Scene) -> Scene:
     geometry = scene.geometry
     if geometry.lattice:
         return scene
+    if not geometry.volume > 0:
+        raise SceneError("the mesh holds no air: sound in it meets no surface again")
     size = np.maximum(np.asarray(geometry.size, dtype=float), 1e-3)
     size = size * (geometry.volume / np.prod(size)) ** (1 / 3)
     facing = geometry.facing()

@@ -20,7 +20,6 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
 from rir.arrays import FloatArray
-from rir.errors import SceneError
 from rooms.transport.fans import emission_rays, even_ways, volume_rays
 from rooms.transport.functions import make_functions
 from rooms.transport.single import deposit_hits
@@ -43,9 +42,6 @@ _STEEPEST = 0.25
 
 _STEPS = 512
 """Most time steps; the cost grows with them."""
-
-_MOST_BYTES = 8e9
-"""Memory of the exchange between walls, as much as machines commonly have free."""
 
 _ALL = 1 << 30  # no response holds as many reflections, and sums fit 32 bits
 
@@ -148,13 +144,6 @@ class BoxTransport:
         """Follow sound from wall to wall and invert the factors of 1 - J."""
         f, lanes, n = self.functions, self.lanes, len(self.functions)
         count, rays = self.steps // 2 + 1, self.detail.wall_rays
-        if 16.0 * count * lanes * n**2 > _MOST_BYTES:
-            wide = " x ".join(f"{side:g}" for side in self.size)
-            raise SceneError(
-                f"a box of {wide} m is too flat for its scattered sound to be followed"
-                f" ({n} functions on its walls); trace it with --rays, or leave off"
-                " the effect scattering"
-            )
         exchange = np.zeros((count, lanes, n, n), dtype=np.complex128)
         for wall in range(6):
             if not np.any(self.gate[wall]):

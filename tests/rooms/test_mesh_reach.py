@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from rooms import Scene
+from rir.errors import SceneError
+from rooms import Scene, plan_effects
 from rooms.mesh import MeshGeometry
 
 FLOOR = [(0, 0), (6, 0), (6, 2.5), (3, 2.5), (3, 5), (0, 5)]
@@ -70,3 +71,11 @@ def test_closed_rooms_say_nothing_and_a_plate_has_no_room():
     )
     assert plate.reach.volume == 0
     assert np.all(np.isfinite(Scene.of_geometry(plate, 0.2).eyring_t60()))
+
+
+def test_a_single_plate_is_told_to_hold_no_air(tmp_path):
+    path = tmp_path / "plate.obj"
+    path.write_text("v 0 0 0\nv 4 0 0\nv 4 3 0\nv 0 3 0\nf 1 2 3\nf 1 3 4\n")
+    scene = Scene.from_mesh(path, {"all": "brick"})
+    with pytest.raises(SceneError, match="the mesh holds no air"):
+        plan_effects(scene, sample_rate=4000, duration=0.05)
