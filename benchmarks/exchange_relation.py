@@ -36,7 +36,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _small(config: CompareConfig) -> CompareConfig:
     """Keep the code path, not the figures."""
     sets = tuple(
-        one.model_copy(update={"scene": "kitchen", "listeners": 4, "test_rows": 8})
+        one.model_copy(update={"scene": "l-shaped", "listeners": 4, "test_rows": 8})
         for one in config.sets
     )
     models = tuple(
