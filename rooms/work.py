@@ -130,14 +130,12 @@ def _rays(
         return None
     size = budget.sample_rate, budget.n_samples, budget.max_order
     errors = _trial(scene, *size, on, mixed)
-    if mixed < budget.duration:
-        wanted = _PILOT_RAYS * _excess(errors, tolerance, _RAYS_SHARE) ** 2
-        return int(np.clip(wanted, _FEWEST_RAYS, _MOST_RAYS))
-    # the end of a decay that mirrors carry comes by few rays, which a trial misses
-    share = scattered_share(scene, budget) if "scattering" in on else 0.0
-    few = max(share, _FEWEST_RAYS / _MOST_RAYS) ** -0.5
-    for kind in ("reverberation_percent", "early_decay_percent"):
-        errors = errors | {kind: few * errors.get(kind, 0.0)}
+    if mixed >= budget.duration:
+        # the end of a decay that mirrors carry comes by few rays, which a trial misses
+        share = scattered_share(scene, budget) if "scattering" in on else 0.0
+        few = max(share, _FEWEST_RAYS / _MOST_RAYS) ** -0.5
+        for kind in ("reverberation_percent", "early_decay_percent"):
+            errors = errors | {kind: few * errors.get(kind, 0.0)}
     wanted = _PILOT_RAYS * _excess(errors, tolerance, _RAYS_SHARE) ** 2
     return int(np.clip(wanted, _FEWEST_RAYS, _MOST_RAYS))
 

@@ -24,6 +24,7 @@ from rooms.transport import (
 )
 
 __all__ = [
+    "ANY_ORDER",
     "MESH_ORDER",
     "fading_before",
     "flow_energy",
@@ -49,7 +50,7 @@ _UNHEARD = 1e-2
 """Share of the energy (-20 dB) whose spread over places, a half or so, moves a level by
 0.02 dB."""
 
-_ANY_ORDER = 1 << 30  # no response is as long
+ANY_ORDER = 1 << 30  # no response is as long, and sums of orders still fit 32 bits
 
 _FADING = 0.03
 """Images fade over two periods of the lowest octave's lower edge [s]: all of one sign,
@@ -174,7 +175,7 @@ def _mirrored_energy(scene: Scene, sound: Sound, flow: EnergyFlow) -> FloatArray
         return mean[None]
     steps = _uneven_steps(flow)
     span = scene.speed_of_sound, STEP, steps
-    listed = _ANY_ORDER if order is None else order, share[:steps]
+    listed = ANY_ORDER if order is None else order, share[:steps]
     kept, size = sound.reflection**2, np.asarray(scene.geometry.size)
     energies = []
     for place in sound.listeners.positions:

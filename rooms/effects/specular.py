@@ -10,7 +10,7 @@ from rir.errors import SceneError
 from rir.physics import decibels
 from rooms.box_images import BoxPaths, box_paths
 from rooms.effects.effect import Effect, Need, Tolerance, judged
-from rooms.effects.handover import MESH_ORDER, fading_before, handover_time
+from rooms.effects.handover import ANY_ORDER, MESH_ORDER, fading_before, handover_time
 from rooms.predict import predicted_errors
 from rooms.reflection import Bounces, path_gains
 from rooms.scene import Scene
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
 __all__ = ["SPECULAR"]
 
-_ANY_ORDER = 1 << 30  # no response is as long, and sums of orders still fit 32 bits
 _SILENT_DB = 300.0  # below what double precision keeps of a sum of pressures
 _CLASSES = 32
 """Of the cosine of incidence of images that are not listed one by one."""
@@ -57,7 +56,7 @@ def apply(scene: Scene, sound: Sound) -> None:
     if not geometry.lattice:
         sound.arrivals.extend(_mesh_paths(scene, sound))
         return
-    order = _ANY_ORDER if budget.max_order is None else budget.max_order
+    order = ANY_ORDER if budget.max_order is None else budget.max_order
     until, fading = budget.duration, 0.0
     if budget.rays is not None:
         order = MESH_ORDER if budget.max_order is None else budget.max_order
@@ -67,7 +66,7 @@ def apply(scene: Scene, sound: Sound) -> None:
     silent = _silent_after(scene, sound.reflection)
     if silent < until:
         until, fading = silent, 0.0
-    _check_bearable(scene, min(order, _ANY_ORDER), until)
+    _check_bearable(scene, min(order, ANY_ORDER), until)
     first = 1
     if sound.local or sound.arrival_changes:
         listed = min(order, MESH_ORDER)
