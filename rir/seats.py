@@ -1,12 +1,25 @@
 """Rows of seats, as a surface of a room may stand for them."""
 
+import re
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from rir.config import StrictModel
 
-__all__ = ["SeatRows"]
+__all__ = ["SeatRows", "names_seats"]
+
+_SEATS = re.compile(
+    r"audience|seat(?:s|ing)?|stalls|pews?|publikum|gestühl|bestuhlung|sitze"
+    r"|publik|public|fauteuils|sièges|sieges|pubblico|poltrone"
+)
+"""Words that layers of published halls say seats by: English, German, Swedish, French,
+Italian."""
+
+_NOT_SEATS = re.compile(
+    r"floor|under|below|beneath|behind|aisles?|walls?|front|back|rear|side|edges?|box"
+)
+"""Words that make a name that of what is around seats."""
 
 
 class SeatRows(StrictModel):
@@ -43,3 +56,21 @@ class SeatRows(StrictModel):
     def on_floor(self) -> "SeatRows":
         """The same on a surface that is a floor, unless another is stated."""
         return self.model_copy(update={"drawn_at": self.drawn_at or "floor"})
+
+
+def names_seats(name: str) -> bool:
+    """Tell whether the name of a surface says that it stands for rows of seats.
+
+    Names are read by words, since layers of halls have no other mark.
+
+    Examples
+    --------
+    >>> [names_seats(name) for name in ("Audience_2", "seats.001", "upperSeating")]
+    [True, True, True]
+    >>> [names_seats(name) for name in ("wall behind seats", "publication", "seatbelt")]
+    [False, False, False]
+    """
+    parted = re.sub(r"(?<=[^\W\d_])(?<![A-ZÄÖÜ])(?=[A-ZÄÖÜ])", " ", name)
+    words = re.findall(r"[^\W\d_]+", parted.lower())
+    around = any(_NOT_SEATS.fullmatch(word) for word in words)
+    return not around and any(_SEATS.fullmatch(word) for word in words)

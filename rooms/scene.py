@@ -21,6 +21,7 @@ from rooms.geometry import Geometry, Shoebox
 from rooms.hardware import Hardware
 from rooms.surfaces import (
     check_walls,
+    notes_on_seats,
     resolve_seats,
     resolve_surfaces,
     spread_shares,
@@ -284,6 +285,8 @@ class Scene:
         """Return the scene of a mesh geometry with named surfaces."""
         shares = resolve_surfaces(geometry.surface_names, materials)
         seats = resolve_seats(geometry.surface_names, materials)
+        told = notes_on_seats(geometry.surface_names, materials)
+        changes["notes"] = (*told, *changes.get("notes", ()))
         try:
             scene = Scene(geometry, *shares[:3], walls=shares[3], seats=seats)
             return replace(scene, **changes)

@@ -13,12 +13,13 @@ from rir.errors import SceneError
 from rir.materials import load_materials
 from rir.numbers import read_array, shown
 from rir.room import WALLS, Surface
-from rir.seats import SeatRows
+from rir.seats import SeatRows, names_seats
 from rir.walls import WallModel
 
 __all__ = [
     "Shares",
     "check_walls",
+    "notes_on_seats",
     "resolve_seats",
     "resolve_surfaces",
     "spread_shares",
@@ -187,6 +188,8 @@ def resolve_surfaces(names: Sequence[str], materials: Any) -> Shares:
 def resolve_seats(names: Sequence[str], materials: Any) -> tuple[SeatRows | None, ...]:
     """Return the rows of seats that each surface stands for, None where it does not.
 
+    Where nothing is stated of seats, a name may say it, see `rir.seats.names_seats`.
+
     Parameters
     ----------
     names, materials
@@ -200,8 +203,35 @@ def resolve_seats(names: Sequence[str], materials: Any) -> tuple[SeatRows | None
     [0.8, None]
     """
     by_name = _by_name(names, materials)
-    found = (_surface(name, _find(name, by_name)) for name in names)
-    return tuple(surface.seat_rows for surface in found)
+    found = [_surface(name, _find(name, by_name)) for name in names]
+    return tuple(
+        SeatRows() if _seats_by_name(name, surface) else surface.seat_rows
+        for name, surface in zip(names, found, strict=True)
+    )
+
+
+def notes_on_seats(names: Sequence[str], materials: Any) -> tuple[str, ...]:
+    """Return a note on surfaces that are taken for rows of seats by name alone.
+
+    Parameters
+    ----------
+    names, materials
+        As `resolve_surfaces` has accepted them.
+
+    Examples
+    --------
+    >>> notes_on_seats(["stalls", "floor"], 0.3)
+    ('stalls: taken for rows of seats by name; `seats: false` says otherwise',)
+    """
+    by_name = _by_name(names, materials)
+    named = [n for n in names if _seats_by_name(n, _surface(n, _find(n, by_name)))]
+    told = "taken for rows of seats by name; `seats: false` says otherwise"
+    return (f"{', '.join(named)}: {told}",) if named else ()
+
+
+def _seats_by_name(name: str, surface: Surface) -> bool:
+    silent = surface.seats is None and surface.seat_rows is None
+    return silent and names_seats(name)
 
 
 def _by_name(names: Sequence[str], materials: Any) -> Mapping[Any, Any]:

@@ -1,5 +1,7 @@
 """Grazing sound over rows of seats: theory, published range, and what calls for it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from rir.errors import ConfigError
 from rir.room import RoomSpec, SeatRows, Surface
 from rir.walls import octave_frequencies, random_incidence_octaves
 from rooms import Scene, plan_effects, simulate
+from rooms.mesh import MeshGeometry
 from rooms.reflection import Bounces, Reflection
 from rooms.seating import OverSeats, Troughs, acting_depth, over_rows, troughs_of
 from rooms.seating.over_seats import grazing_share
@@ -183,6 +186,21 @@ def test_room_files_mark_seats(tmp_path):
     path.write_text(path.read_text().replace("back_m", "backs"))
     with pytest.raises(ConfigError, match="backs"):
         RoomSpec.load(path)
+
+
+def test_names_of_layers_mark_seats_and_are_told():
+    lot = [[0, 0], [20, 0], [20, 12], [0, 12]]
+    geometry = MeshGeometry.extruded(np.array(lot, float), 6.0)
+    others = geometry.surface_names[1:]
+    renamed = replace(geometry, surface_names=("Audience_2", *others))
+    scene = Scene.of_geometry(renamed, {"all": 0.3})
+    assert [rows and rows.back_m for rows in scene.seats] == [0.8] + [None] * 5
+    assert "Audience_2: taken for rows of seats by name" in "".join(scene.remarks)
+    assert plan_effects(scene).verdicts["seats"].on
+    stated = {"Audience_2": {"absorption": 0.3, "seats": False}, "all": 0.3}
+    scene = Scene.of_geometry(renamed, stated)
+    assert not any(scene.seats)
+    assert "rows of seats" not in "".join(scene.remarks)
 
 
 def test_planner_asks_for_seats_only_where_they_are():
