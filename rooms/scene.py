@@ -283,10 +283,9 @@ class Scene:
     @staticmethod
     def of_geometry(geometry: Geometry, materials: Any, **changes: Any) -> "Scene":
         """Return the scene of a mesh geometry with named surfaces."""
-        shares = resolve_surfaces(geometry.surface_names, materials)
-        seats = resolve_seats(geometry.surface_names, materials)
-        told = notes_on_seats(geometry.surface_names, materials)
-        changes["notes"] = (*told, *changes.get("notes", ()))
+        stated = geometry.surface_names, materials
+        shares, seats = resolve_surfaces(*stated), resolve_seats(*stated)
+        changes["notes"] = (*notes_on_seats(*stated), *changes.get("notes", ()))
         try:
             scene = Scene(geometry, *shares[:3], walls=shares[3], seats=seats)
             return replace(scene, **changes)
@@ -301,9 +300,8 @@ class Scene:
         told = self.geometry.report + self.geometry.estimates
         names = self.geometry.surface_names
         rough = np.max(self.scattering, axis=1, initial=0.0) > 0
-        plain = [
-            name for name, some in zip(names, rough.tolist(), strict=False) if not some
-        ]
+        each = zip(names, rough.tolist(), strict=False)
+        plain = [name for name, some in each if not some]
         if plain:
             shown_ = ", ".join(plain[:6]) + (", …" if len(plain) > 6 else "")
             told += (
