@@ -12,6 +12,7 @@ differ on purpose:
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -197,17 +198,51 @@ def crossover_gains(
     return np.where(distance < 1, np.cos(np.pi / 2 * np.minimum(distance, 1)) ** 2, 0)
 
 
+@lru_cache(maxsize=32)
+def _joining(
+    centers: tuple[float, ...], of_band: tuple[int, ...], rate: int, length: int
+) -> list[tuple[slice, FloatArray]]:
+    """Return for each signal the bins where it has a part, and its gains there."""
+    gains = crossover_gains(centers, rate, length)
+    parts = []
+    for signal in range(max(of_band) + 1):
+        whole = gains[np.equal(of_band, signal)].sum(axis=0)
+        some = np.nonzero(whole)[0]
+        inside = slice(int(some[0]), int(some[-1]) + 1) if len(some) else slice(0)
+        parts.append((inside, whole[inside]))
+    return parts
+
+
 def join_bands(
-    signals: FloatArray, centers: FloatArray, sample_rate: int
+    signals: FloatArray,
+    centers: Sequence[float] | FloatArray,
+    sample_rate: int,
+    of_band: Sequence[int] | None = None,
 ) -> FloatArray:
-    """Filter each band's signal, shape (bands, n), and return their sum, shape (n,)."""
+    """Filter each band's signal, shape (signals, n), and return their sum, shape (n,).
+
+    Parameters
+    ----------
+    signals : ndarray, shape (signals, n)
+        One for each band, or fewer if bands share one.
+    centers : ndarray, shape (bands,)
+        Band centres [Hz].
+    sample_rate : int
+        Samples per second [Hz].
+    of_band : sequence of int, optional
+        The signal of each band; its own by default.
+    """
     from scipy.fft import irfft, next_fast_len, rfft
 
     n = signals.shape[-1]
-    length = next_fast_len(n + int(RINGING_S * sample_rate), real=True)
-    gains = crossover_gains(tuple(map(float, centers)), sample_rate, length)
-    spectra = np.asarray(rfft(signals, length, axis=-1))
-    return np.asarray(irfft(np.einsum("bf,bf->f", gains, spectra), length))[:n]
+    length = int(next_fast_len(n + int(RINGING_S * sample_rate), real=True) or 0)
+    shared = range(len(centers)) if of_band is None else of_band
+    parts = _joining(tuple(map(float, centers)), tuple(shared), sample_rate, length)
+    total = np.zeros(length // 2 + 1, dtype=np.complex128)
+    spectra: Any = rfft(signals, length, axis=-1)
+    for spectrum, (inside, gains) in zip(spectra, parts, strict=True):
+        total[inside] += gains * spectrum[inside]
+    return np.asarray(irfft(total, length))[:n]
 
 
 def octave_energies(

@@ -1,5 +1,6 @@
 """Turn gathered sound into samples."""
 
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -7,14 +8,11 @@ import numpy as np
 
 from rir import GainPattern
 from rir.arrays import FloatArray, IntArray
-from rir.bands import join_bands
 from rir.pose import rotate
-from rooms.sound import Arrivals, Lattice, Sound, Waves
+from rooms.lanes import Lanes
+from rooms.sound import Arrivals, Lattice, Sound
 
 __all__ = ["render"]
-
-_FULL = 8
-"""Lanes of a banded grid; see `rooms.kernels.deposit.LANES`."""
 
 _CHUNK = 8
 """Listeners rendered in one compiled call."""
@@ -39,7 +37,7 @@ def render(sound: Sound, threads: int = 1, out: FloatArray | None = None) -> Flo
     count = len(sound.listeners)
     out = np.empty((count, sound.budget.n_samples)) if out is None else out
     renderer = _Renderer(sound)
-    step = 1 if sound.waves is not None else max(1, min(_CHUNK, count // threads))
+    step = max(1, min(_CHUNK, count // threads))
     parts = [range(k, min(k + step, count)) for k in range(0, count, step)]
 
     def work(share: list[range]) -> None:
@@ -58,30 +56,25 @@ def render(sound: Sound, threads: int = 1, out: FloatArray | None = None) -> Flo
     return out
 
 
-def _is_flat(sound: Sound) -> bool:
-    """Tell whether one band says all: no band differs from any other."""
-    if sound.air_loss is not None or sound.waves is not None:
-        return False
+def _tells_apart(sound: Sound) -> Iterator[FloatArray]:
+    """Yield all that may differ from band to band, shapes (..., bands)."""
+    if sound.air_loss is not None:
+        yield sound.air_loss
+    bands = sound.scene.bands
     for pattern in sound.patterns or ():
         if len(pattern.bands) > 1:
-            return False
-    if sound.lattice is not None and sound.lattice.by_angle is not None:
-        return False
-    if sound.lattice is not None and np.any(np.ptp(sound.lattice.reflection, axis=1)):
-        return False
-    return not any(np.any(np.ptp(path.gain, axis=1)) for path in sound.arrivals)
+            yield pattern.at_bands(bands).coefficients.T
+    if sound.lattice is not None:
+        yield sound.lattice.reflection
+        if sound.lattice.by_angle is not None:
+            yield sound.lattice.by_angle
+    for path in sound.arrivals:
+        yield path.gain
+    if sound.waves is not None:
+        yield sound.waves.amplitude
 
 
-def _lanes(values: FloatArray, lanes: int) -> FloatArray:
-    """Fit the band axis (last) to a number of lanes: one, or padded with zeros."""
-    if lanes == 1:
-        return np.ascontiguousarray(values[..., :1])
-    fitted = np.zeros((*values.shape[:-1], lanes))
-    fitted[..., : values.shape[-1]] = values
-    return fitted
-
-
-def _axis(lattice: Lattice, axis: int, reach: float, lanes: int) -> Any:
+def _axis(lattice: Lattice, axis: int, reach: float, lanes: Lanes) -> Any:
     """Return image numbers, gains and reflection counts along one axis."""
     length = float(lattice.size[axis])
     count = min(int(reach / length) + 2, lattice.max_order)
@@ -93,11 +86,11 @@ def _axis(lattice: Lattice, axis: int, reach: float, lanes: int) -> Any:
     if lattice.by_angle is None:
         walls = lattice.reflection[2 * axis : 2 * axis + 2]
         gain = walls[0] ** near * walls[1] ** far
-        return index, _lanes(gain, lanes), np.abs(index)
+        return index, lanes.fit(gain), np.abs(index)
     walls = lattice.by_angle[2 * axis : 2 * axis + 2]
     gain = walls[0] ** near[..., None] * walls[1] ** far[..., None]
     # a row for each image and class of angles
-    return index, _lanes(gain.reshape(-1, gain.shape[-1]), lanes), np.abs(index)
+    return index, lanes.fit(gain.reshape(-1, gain.shape[-1])), np.abs(index)
 
 
 class _Renderer:
@@ -108,8 +101,8 @@ class _Renderer:
 
         budget, scene = sound.budget, sound.scene
         self.sound = sound
-        self.lanes = 1 if _is_flat(sound) else _FULL
-        self.bands = 1 if self.lanes == 1 else len(scene.bands)
+        centers = tuple(map(float, scene.bands))
+        self.lanes = Lanes(_tells_apart(sound), centers)
         self.scale = budget.sample_rate / scene.speed_of_sound
         self.rows = 0
         self.fading = np.zeros(0)
@@ -117,23 +110,23 @@ class _Renderer:
         angles = None if sound.lattice is None else sound.lattice.by_angle
         self.classes = 1 if angles is None else angles.shape[1]
         empty = np.zeros(0, dtype=np.int64)
-        self.axes: Any = ((empty, np.zeros((0, self.lanes)), empty),) * 3
+        self.axes: Any = ((empty, np.zeros((0, self.lanes.width)), empty),) * 3
         if sound.lattice is not None:
             self._prepare(sound.lattice)
         self.ends = self._ends()
         self.paths = self._pack(sound.arrivals)
-        centers = tuple(map(float, scene.bands))
-        if self.lanes == 1:
+        self.waves = self._drawn()
+        if len(self.lanes) == 1:
             bank = pulses.pulse_bank()[None].astype(np.float32)
             banks = bank, np.array([[8, 0, pulses.TAPS]])
         else:
             rate, most = budget.sample_rate, budget.work.moments
-            banks = pulses.lane_banks(centers, rate, most)
+            banks = pulses.lane_banks(self.lanes.centers, rate, most)
         self.shaping = (self._decay(), *banks)
 
     def new_grid(self) -> FloatArray:
-        most = 8 if self.lanes == 1 else self.sound.budget.work.moments
-        return np.zeros((self.sound.budget.n_samples + 1, most, self.lanes))
+        most = 8 if len(self.lanes) == 1 else self.sound.budget.work.moments
+        return np.zeros((self.sound.budget.n_samples + 1, most, self.lanes.width))
 
     def _prepare(self, lattice: Lattice) -> None:
         limit = lattice.until * self.sound.budget.sample_rate
@@ -154,14 +147,14 @@ class _Renderer:
         return np.sin(np.pi / 2 * left[left < 1])
 
     def _ends(self) -> Any:
-        """Return the turns and coefficients of both gain patterns."""
-        count = len(self.sound.listeners)
+        """Return whether there are gain patterns, their turns and coefficients."""
+        count, width = len(self.sound.listeners), self.lanes.width
         if self.sound.patterns is None:
-            none = np.zeros((self.lanes, 1))
-            tables = np.zeros((0, self.lanes)), np.zeros((0, self.lanes))
-            return np.eye(3), none, np.zeros((count, 3, 3)), none, *tables
+            none, table = np.zeros((width, 1)), np.zeros((0, width))
+            turns = np.zeros((count, 3, 3))
+            return False, np.eye(3), none, turns, none, table, table
         emitting, listening = (
-            np.ascontiguousarray(_lanes(pattern.T, self.lanes).T)
+            np.ascontiguousarray(self.lanes.fit(pattern.T).T)
             for pattern in (
                 pattern.at_bands(self.sound.scene.bands).coefficients
                 for pattern in self.sound.patterns
@@ -171,14 +164,31 @@ class _Renderer:
         side = self.sound.budget.work.directions
         tables = (_gain_table(rows, side) for rows in (emitting, listening))
         turn = _turn(self.sound.emitter.orientation)
-        return turn, emitting, turns, listening, *tables
+        return True, turn, emitting, turns, listening, *tables
 
     def _decay(self) -> FloatArray:
         rows = self.sound.budget.n_samples + 1
         if self.sound.air_loss is None:
-            return np.ones((rows, self.lanes))
+            return np.ones((rows, self.lanes.width))
         way = np.arange(rows) / self.scale
-        return np.exp(-_lanes(self.sound.air_loss, self.lanes) / 2 * way[:, None])
+        return np.exp(-self.lanes.fit(self.sound.air_loss) / 2 * way[:, None])
+
+    def _drawn(self) -> Any:
+        """Return waves, what the emitter's pattern sends along them, and rates."""
+        from rooms.kernels.deposit import gains_towards
+
+        waves, rate = self.sound.waves, float(self.sound.budget.sample_rate)
+        if waves is None:
+            drawn = np.zeros(0), np.zeros(0), np.zeros((2, 0, 3))
+            sent = np.zeros((2, 0, self.lanes.width))
+            return np.zeros(3), drawn, sent, (rate, rate)
+        ways = np.stack([waves.one, waves.other])
+        weighed, turn, rows = self.ends[:3]
+        sent = np.zeros((2, len(waves.time) if weighed else 0, self.lanes.width))
+        if weighed:
+            gains_towards(turn, rows, ways, sent)
+        rates = rate, 1.0 / waves.step
+        return waves.center, (waves.time, waves.sign, ways), sent, rates
 
     def _pack(
         self, arrivals: list[Arrivals]
@@ -186,14 +196,18 @@ class _Renderer:
         """Return starts, delays [samples] and gains, listener by listener."""
         count = len(self.sound.listeners)
         if not arrivals:
-            return np.zeros(count + 1, int), np.zeros(0), np.zeros((0, self.lanes))
+            return (
+                np.zeros(count + 1, int),
+                np.zeros(0),
+                np.zeros((0, self.lanes.width)),
+            )
         listener = np.concatenate([a.listener for a in arrivals])
         delay = np.concatenate([a.delay for a in arrivals])
         gain = np.concatenate([self._weighed(a) for a in arrivals])
         order = np.argsort(listener, kind="stable")
         starts = np.searchsorted(listener[order], np.arange(count + 1))
         rate = self.sound.budget.sample_rate
-        return starts, delay[order] * rate, _lanes(gain[order], self.lanes)
+        return starts, delay[order] * rate, self.lanes.fit(gain[order])
 
     def _weighed(self, arrivals: Arrivals) -> FloatArray:
         if self.sound.patterns is None:
@@ -218,50 +232,33 @@ class _Renderer:
         sound, n = self.sound, self.sound.budget.n_samples
         starts, delays, gains = self.paths
         some = starts[part.start : part.stop + 1]
-        delays, gains = delays[some[0] : some[-1]], gains[some[0] : some[-1]]
-        starts = some - some[0]
-        if sound.waves is not None:
-            wave_delays, wave_gains = self._waves(sound.waves, part.start)
-            delays = np.concatenate([delays, wave_delays])
-            gains = np.concatenate([gains, wave_gains])
-            starts = np.array([0, len(delays)])
-        weighed = sound.patterns is not None
+        inside = slice(some[0], some[-1])
+        paths = some - some[0], delays[inside], gains[inside]
         size = sound.lattice.size if sound.lattice is not None else np.zeros(3)
+        lattice = size, self.axes, self.orders, self.rows, self.fading, self.classes
+        turns = self.ends[3][part.start : part.stop]
+        ends = (*self.ends[:3], turns, *self.ends[4:])
+        center, drawn, sent, rates = self.waves
+        waves = center, drawn, self._amplitudes(part), sent, rates
         listeners = sound.listeners.positions[part.start : part.stop]
-        limits = self.orders, self.scale, self.rows, self.fading, weighed, self.classes
-        turns = self.ends[2][part.start : part.stop]
-        ends = (*self.ends[:2], turns, *self.ends[3:])
-        shape = (len(part), self.bands, n + 1 + pulses.TAPS)
+        shape = (len(part), len(self.lanes), n + 1 + pulses.TAPS)
         out = np.zeros(shape, dtype=np.float32)
         responses.fill_and_shape(
-            sound.emitter.position, listeners, size, self.axes, limits, ends,
-            starts, delays, gains, grid, self.shaping, out,
+            sound.emitter.position, listeners, lattice, ends, paths, waves,
+            self.scale, grid, self.shaping, out,
         )  # fmt: skip
         out = out[:, :, pulses.LEAD : pulses.LEAD + n].astype(np.float64)
-        if self.lanes == 1:
-            return out[:, 0]
-        rate, bands = sound.budget.sample_rate, sound.scene.bands
-        return np.stack([join_bands(signals, bands, rate) for signals in out])
+        rate = sound.budget.sample_rate
+        return np.stack([self.lanes.join(signals, rate) for signals in out])
 
-    def _waves(self, waves: Waves, index: int) -> tuple[FloatArray, FloatArray]:
-        """Return delays [samples] and gains of all waves and twins at a listener."""
-        sound, c = self.sound, self.sound.scene.speed_of_sound
-        listener = sound.listeners[index]
-        emitter_at = (sound.emitter.position - waves.center) / c
-        listener_at = (listener.position - waves.center) / c
-        first = sound.emitter.distance(listener) / c
-        amplitude = waves.amplitude[index % len(waves.amplitude)]
-        parts = []
-        for leave, reach in ((waves.one, waves.other), (waves.other, waves.one)):
-            delay = waves.time - (leave @ emitter_at + reach @ listener_at)
-            step = np.clip((delay / waves.step).astype(int), 0, len(amplitude) - 1)
-            gain = amplitude[step] * waves.sign[:, None]
-            gain[delay < first] = 0.0
-            if sound.patterns is not None:
-                gain *= self._weight(listener.orientation, leave, reach)
-            parts.append((delay * sound.budget.sample_rate, _lanes(gain, self.lanes)))
-        delays, gains = zip(*parts, strict=True)
-        return np.concatenate(delays), np.concatenate(gains)
+    def _amplitudes(self, part: range) -> FloatArray:
+        """Return amplitudes of waves, shape (1 or listeners, steps, lanes)."""
+        if self.sound.waves is None:
+            return np.zeros((1, 1, self.lanes.width))
+        whole = self.sound.waves.amplitude
+        return self.lanes.fit(
+            whole if len(whole) == 1 else whole[part.start : part.stop]
+        )
 
 
 def _gain_table(coefficients: FloatArray, side: int) -> FloatArray:

@@ -13,6 +13,7 @@ LEAD = TAPS // 2 - 1
 
 _BETA = 11.0  # of the Kaiser window: side lobes near -108 dB
 _BLOCK = 512  # rows at a time: 8 moments of them fit the first cache
+_APART = 16  # a cache line more, so that blocks do not compete for places in the cache
 _NARROW, _MEDIUM = 0.13, 0.5
 """Shares of the Nyquist frequency up to which 8 taps and 14 taps are exact enough."""
 
@@ -147,13 +148,30 @@ def _add_folded(out, work, bank, even, odd, width):
 
 
 @njit(cache=True, nogil=True, fastmath=True)
+def _take_block(grid, decay, work, loudest):
+    """Move a block of moments, less what the air takes, to work lane by lane.
+
+    All lanes in one go: the block lies lane beside lane, and is read once.
+    """
+    loudest[:] = 0.0
+    for row in range(len(grid)):
+        for moment in range(grid.shape[1]):
+            for lane in range(len(work)):
+                value = np.float32(grid[row, moment, lane] * decay[row, lane])
+                work[lane, moment, row] = value
+        for lane in range(len(work)):
+            loudest[lane] = max(loudest[lane], abs(work[lane, 0, row]))
+        grid[row] = 0.0
+
+
+@njit(cache=True, nogil=True, fastmath=True)
 def shape_pulses(grid, decay, banks, sizes, out):
-    """Add the pulses of a grid (rows, 8, lanes) to samples (lanes, n).
+    """Add the pulses of a grid (rows, moments, lanes) to samples (lanes, n).
 
     Parameters
     ----------
-    grid : ndarray, shape (rows, 8, lanes)
-        Moments of the arrivals.
+    grid : ndarray, shape (rows, moments, lanes)
+        Moments of the arrivals; zero on exit, ready for the next.
     decay : ndarray, shape (rows, lanes)
         What the air leaves of an arrival at that row.
     banks, sizes : ndarray
@@ -167,27 +185,24 @@ def shape_pulses(grid, decay, banks, sizes, out):
     hundred products is in single precision, which is exact to -130 dB of the
     sound around each sample and more than twice as fast.
     """
-    rows = grid.shape[0]
-    work = np.empty((MOMENTS, _BLOCK), np.float32)
+    rows, lanes = grid.shape[0], out.shape[0]
+    work = np.empty((lanes, MOMENTS, _BLOCK + _APART), np.float32)
     even, odd = np.empty(_BLOCK, np.float32), np.empty(_BLOCK, np.float32)
-    for lane in range(out.shape[0]):
-        moments, low, high = sizes[lane]
-        for start in range(0, rows, _BLOCK):
-            count = min(_BLOCK, rows - start)
-            loudest = np.float32(0.0)
-            for row in range(count):
-                left = decay[start + row, lane]
-                for moment in range(moments):
-                    value = grid[start + row, moment, lane] * left
-                    work[moment, row] = np.float32(value)
-                loudest = max(loudest, abs(work[0, row]))
-            if loudest == 0.0:
+    loudest = np.empty(lanes, np.float32)
+    for start in range(0, rows, _BLOCK):
+        count = min(_BLOCK, rows - start)
+        _take_block(grid[start : start + count], decay[start:], work, loudest)
+        for lane in range(lanes):
+            moments, low, high = sizes[lane]
+            if loudest[lane] == 0.0:
                 continue
             if high - low == TAPS:
-                _add_folded(out[lane, start:], work, banks[lane], even, odd, count)
+                _add_folded(
+                    out[lane, start:], work[lane], banks[lane], even, odd, count
+                )
                 continue
             for tap in range(low, high):
                 samples = out[lane, start + tap : start + tap + count]
-                _add_four(samples, work, banks[lane], 0, tap, count)
+                _add_four(samples, work[lane], banks[lane], 0, tap, count)
                 if moments > 4:
-                    _add_four(samples, work, banks[lane], 4, tap, count)
+                    _add_four(samples, work[lane], banks[lane], 4, tap, count)
