@@ -19,7 +19,7 @@ LANES = 8  # bands are padded to eight, so that one wide register holds them
 NEAREST = 0.01  # m: images nearer count as there, since no transducer is a point
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@njit(inline="always")
 def _add(grid, at, gain):
     """Add one arrival after `at` samples; a grid of four moments gets four."""
     row = int(at)
@@ -31,24 +31,24 @@ def _add(grid, at, gain):
             for moment in range(grid.shape[1]):
                 moments[moment, lane] += power
                 power *= x
-        return
-    xx = x * x
-    for lane in range(LANES):
-        moments[0, lane] += gain[lane]
-        moments[1, lane] += gain[lane] * x
-        moments[2, lane] += gain[lane] * xx
-        moments[3, lane] += gain[lane] * xx * x
-    if grid.shape[1] <= 4:
-        return
-    fourth = xx * xx
-    for lane in range(LANES):
-        moments[4, lane] += gain[lane] * fourth
-        moments[5, lane] += gain[lane] * fourth * x
-        moments[6, lane] += gain[lane] * fourth * xx
-        moments[7, lane] += gain[lane] * fourth * xx * x
+    else:
+        xx = x * x
+        for lane in range(LANES):
+            g = gain[lane]
+            moments[0, lane] += g
+            moments[1, lane] += g * x
+            moments[2, lane] += g * xx
+            moments[3, lane] += g * xx * x
+        if grid.shape[1] > 4:
+            for lane in range(LANES):
+                h = gain[lane] * xx * xx
+                moments[4, lane] += h
+                moments[5, lane] += h * x
+                moments[6, lane] += h * xx
+                moments[7, lane] += h * xx * x
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@njit(inline="always")
 def _multiply(one, two, three, spread, gain):
     """Write products lane by lane: a known number of lanes is one register."""
     if len(gain) == LANES:
