@@ -17,11 +17,9 @@ from numba import njit
 
 from rir.arrays import FloatArray, IntArray
 from rooms.mesh.hits import DEPTH, FEW, is_free
+from rooms.rays.bounces import CLOSEST
 
 __all__ = ["Hits", "find_blurred", "find_joined"]
-
-_CLOSEST = 1e-4
-"""Least of d² / c [m²]: places that touch a surface."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,8 +146,8 @@ def _join(room, share, hits, other, per_bin, rows):
             ):
                 continue
             square = length[k, r] * length[k, r]
-            weight = max(square / abs(ahead), _CLOSEST)
-            weight += max(far_off * span / abs(near_by), _CLOSEST)
+            weight = max(square / abs(ahead), CLOSEST)
+            weight += max(far_off * span / abs(near_by), CLOSEST)
             one = min(int(abs(ahead) * classes), classes - 1)
             two = min(int(abs(near_by) / span * classes), classes - 1)
             for band in range(bands):

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from rir.arrays import FloatArray, IntArray
 from rooms.mesh import MeshGeometry
+from rooms.rays.corners import Corner, CornerRoom, find_close_chains
 from rooms.rays.exchange import Exchange, FluxLayout
 from rooms.rays.first import Hits, find_blurred, find_joined
 from rooms.rays.patches import find_patches
@@ -56,6 +57,7 @@ class _Sent:
 
     heard: Spread
     hits: Hits
+    corner: Corner
 
 
 class Tracer:
@@ -139,6 +141,16 @@ class Tracer:
             for table in (self.kept, self.scattering)
         ]
         self.even = not np.any(np.ptp(self.scattering, axis=2))
+        self.corners = CornerRoom(
+            self.geometry,
+            self.records,
+            np.ascontiguousarray(self.kept),
+            np.ascontiguousarray(self.scattering),
+            self.share,
+            np.sqrt(float(patches.area.mean())),
+            self.per_bin,
+            self.bins,
+        )
         self.stages = self._find_stages()
 
     def _find_stages(self) -> list[tuple[FloatArray, IntArray]]:
@@ -231,7 +243,13 @@ class Tracer:
             if self.scatters:
                 self._trace(hits, batch, 1, there, keys[1], none, flux)
         # rays share the energy of 1/d², 4 pi over all directions; half of both ways
-        return _Sent(_spread(grids * (2 * np.pi / self.each[0])), hits)
+        heard = _spread(grids * (2 * np.pi / self.each[0]))
+        return _Sent(heard, hits, self._corner(hits, rng))
+
+    def _corner(self, hits: Hits, rng: np.random.Generator) -> Corner:
+        ways = hits.ways[:, : hits.mirrored]
+        key = rng.integers(2**64, dtype=np.uint64)
+        return Corner(self.corners, hits.origin, ways, key)
 
     def _trace(
         self,
@@ -299,8 +317,12 @@ class Tracer:
         for i, one in enumerate(here):
             for j, two in enumerate(there):
                 ends = one.hits, two.hits
-                close = find_blurred(self.share, *ends, scale, *times)
                 exact = find_joined(room, self.diffuse, *ends, *times)
+                chains = find_close_chains(one.corner, two.corner, scale)
+                if chains is None:
+                    close = find_blurred(self.share, *ends, scale, *times)
+                else:
+                    exact, close = exact + chains[0], chains[1]
                 start = self._soonest(*ends)
                 late = mean[i, j] - close.mean(axis=0) / 2
                 late[:start] = 0.0

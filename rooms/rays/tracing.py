@@ -17,12 +17,13 @@ import numpy as np
 from numba import njit
 
 from rooms.mesh.hits import DEPTH, FEW, first_hit, is_free
+from rooms.rays.bounces import draw, patch_at, scattered_way
 from rooms.rays.population import resampled
 from rooms.rays.rows import WIDTH, add, copy, product, scale
 
-_STEP = np.uint64(0x9E3779B97F4A7C15)
-_MIX_ONE = np.uint64(0xBF58476D1CE4E5B9)
-_MIX_TWO = np.uint64(0x94D049BB133111EB)
+_MIX = np.uint64(0xBF58476D1CE4E5B9)
+"""Sets the random numbers of rays apart."""
+
 _EAGER, _EAGER_ORDER = 0.25, 3
 """Chance of the first scattering, if surfaces scatter less, up to this order: longer,
 and the few rays that mirrors send on would weigh too much."""
@@ -32,21 +33,6 @@ _EVEN = 0.7548776662466927
 
 _WAITING = 512
 """So many deposits wait and are made at once, which hides how far memory is."""
-
-_S30, _S27, _S31, _S11 = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(11)
-
-
-@njit(cache=True, nogil=True, inline="always")
-def draw(state):
-    """Return the next state and a number in 0…1.
-
-    G. Steele, D. Lea, C. Flood, OOPSLA 2014: SplitMix.
-    """
-    state = state + _STEP
-    z = (state ^ (state >> _S30)) * _MIX_ONE
-    z = (z ^ (z >> _S27)) * _MIX_TWO
-    z = z ^ (z >> _S31)
-    return state, (z >> _S11) * (1.0 / 9007199254740992.0)
 
 
 @njit(cache=True, nogil=True)
@@ -138,7 +124,7 @@ def trace(
         for r in range(population):
             thinned = 0
             if stage == 0:
-                state = key + np.uint64(r) * _MIX_ONE
+                state = key + np.uint64(r) * _MIX
                 ox, oy, oz = origin[0], origin[1], origin[2]
                 wx, wy, wz = ways[r, 0], ways[r, 1], ways[r, 2]
                 gone, order, mirrored = 0.0, 0, True
@@ -232,20 +218,7 @@ def trace(
                 inward = nx * wx + ny * wy + nz * wz
                 px, py, pz = ox + length * wx, oy + length * wy, oz + length * wz
                 if meets and (order == 0 or not (scatter and mirrored)):
-                    patch = int(records[face, 5 if inward > 0.0 else 4])
-                    wide, deep = int(records[face, 6]), int(records[face, 7])
-                    if wide > 0:
-                        u = px * records[face, 8] + py * records[face, 9]
-                        u += pz * records[face, 10] + records[face, 11]
-                        v = px * records[face, 12] + py * records[face, 13]
-                        v += pz * records[face, 14] + records[face, 15]
-                        i = min(max(int(u), 0), wide - 1)
-                        if deep < 0:
-                            patch += -i * deep + min(max(int(v), 0), -deep - 1)
-                        else:
-                            j = min(max(int(v), 0), deep - 1 - i)
-                            upper = u - i + v - j > 1.0 and i + j < deep - 1
-                            patch += i * (2 * deep - i) + 2 * j + int(upper)
+                    patch = patch_at(records, face, inward, px, py, pz)
                     at = int(gone * per_bin)
                     if order == 0:
                         met_face[r], met_patch[r], met_length[r] = face, patch, gone
@@ -315,24 +288,7 @@ def trace(
                     wz -= 2.0 * inward * nz
                     continue
                 mirrored = False
-                u, v, square = 0.0, 0.0, 2.0
-                while square >= 1.0:
-                    # the next number and the bits below it
-                    state, u = draw(state)
-                    v = u * 67108864.0
-                    u, v = 2.0 * u - 1.0, 2.0 * (v - np.floor(v)) - 1.0
-                    square = u * u + v * v
-                # a point on the unit sphere around the normal's tip: Lambert's law
-                # G. Marsaglia, Ann. Math. Statist. 43, 645 (1972)
-                flat = 2.0 * np.sqrt(1.0 - square)
-                wx = nx + flat * u
-                wy = ny + flat * v
-                wz = nz + 1.0 - 2.0 * square
-                size = np.sqrt(wx * wx + wy * wy + wz * wz)
-                if size < 1e-9:
-                    wx, wy, wz, size = nx, ny, nz, 1.0
-                size = 1.0 / size
-                wx, wy, wz = wx * size, wy * size, wz * size
+                state, wx, wy, wz = scattered_way(state, nx, ny, nz)
         if stage + 1 < len(stops):
             key, u = draw(key)
             travellers = places_of, marks, states, energies, chances
