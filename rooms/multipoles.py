@@ -103,11 +103,13 @@ def transfer(
         if not np.any(strength):
             continue
         source = _cells(grid, places[0][None], axis)
+        strength = strength / grid.blur(places[0][None], frequencies, axis)[0]
         for first in range(0, len(places[1]), _BLOCK):
             some = slice(first, first + _BLOCK)
             part = Moments(listeners.constant, listeners.gradient[some])
             heard = _heard(grid, source, places[1][some], part, wave, duration, faded)
             total[some] += strength * heard
+    total *= grid.gain(frequencies)
     return total
 
 
@@ -138,8 +140,10 @@ def _heard(
     if faded is not None:
         low = np.asarray(sosfilt(faded, low, axis=-1))
     low *= _ending(low.shape[1])
-    turn = grid.scene.speed_of_sound * grid.time_step * wave
+    frequencies = wave * grid.scene.speed_of_sound / (2 * np.pi)
+    turn = grid.turns(frequencies)
     spectra = _spectra(low, turn).reshape(len(axes), len(points), len(wave))
+    spectra /= [grid.blur(points, frequencies, axis) for axis in axes]
     total = listeners.constant * spectra[0]
     for axis, spectrum in zip(axes[1:], spectra[1:], strict=True):
         total = total + listeners.gradient[:, :, axis] / (1j * wave) * spectrum

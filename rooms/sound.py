@@ -40,7 +40,7 @@ class Work:
     traced_until: float = float("inf")
     """Latest time that rays are traced for each pair [s]: all later energy is the mean
     of the room."""
-    cells_per_wave: float = 10.0
+    cells_per_wave: float = 7.0
     """Cells of the wave grid per wavelength at its highest frequency."""
     moments: int = 8
     """Powers that place a pulse between two samples: 8 are exact to -100 dB, 4 to

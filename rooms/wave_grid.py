@@ -1,43 +1,27 @@
 """Low frequencies by the wave equation on a grid (FDTD)."""
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from rir.arrays import FloatArray, IntArray
 from rir.errors import SceneError
 from rir.walls import WallModel
 from rir.walls.admittance import MOST_ABSORBED, real_admittance
-from rooms.mesh import MeshGeometry
-from rooms.mesh.columns import filled_cells
+from rooms.mesh.cut_cells import CutCells, cut_cells, whole_cells
 from rooms.scene import Scene
 
 __all__ = ["WaveGrid"]
 
-_FREQUENCIES = 16  # admittances of walls are smooth below a crossover
+_FREQUENCIES = 16  # admittances of walls are smooth within an octave
 _ANGLES = (0.408, 0.707, 0.913)
 """Cosines of thirds of the sound that meets a wall from everywhere: roots of 1/6, 1/2
 and 5/6."""
-_MOST_CELLS = 4_000_000  # ten times what the planner asks for: 32 MB an array
+_MOST_CELLS = 4_000_000  # 32 MB an array
 
-
-@lru_cache(maxsize=8)
-def _air_cells(mesh: MeshGeometry, counts: tuple[int, int, int]) -> FloatArray:
-    """Return 1 for cells in the air, with a frame of zeros; once for all emitters."""
-    shape = np.array(counts)
-    size = np.asarray(mesh.size, dtype=float)
-    # the triangles' corners are stated relative to the middle of the mesh
-    low, spacing = -size / 2, size / shape
-    if mesh.watertight:
-        return np.pad(filled_cells(mesh.corners, low, spacing, shape), 1)
-    from rooms.kernels.grid import winding_numbers
-
-    axes = [np.arange(n) + 0.5 for n in counts]
-    cells = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1) * spacing + low
-    turns = np.abs(winding_numbers(cells.reshape(-1, 3), mesh.corners))
-    return np.pad((turns > 0.5).reshape(counts).astype(float), 1)
+_CORNERS = np.array([[a, b, c] for a in (0, 1) for b in (0, 1) for c in (0, 1)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,12 +41,17 @@ class WaveGrid:
 
     scene: Scene
     """The room; any shape. Walls react locally, with one real admittance: the mean of
-    the wall's model, or what absorbs of diffuse sound what the lowest octave says."""
+    the wall's model, or what absorbs as much diffuse sound as an octave says."""
     highest: float
     """Highest frequency of interest [Hz]."""
     cells_per_wave: float = 10.0
-    """Cells per wavelength at that frequency; 10 keep the error of the speed of sound
-    near 1 %."""
+    """Cells per wavelength at that frequency. Waves along an axis are slower than those
+    across all three, by 1.1 % where there are 10 and 3 % where there are 6; what they
+    lose in the mean is made up for by `turns`."""
+    octave: int = 0
+    """Which octave of the scene says how much walls absorb."""
+    lowest: float = 0.0
+    """Lowest frequency of interest [Hz]."""
 
     def __post_init__(self) -> None:
         count = int(np.prod(self.shape, dtype=float))
@@ -143,17 +132,49 @@ class WaveGrid:
         """
         from rooms.kernels.grid import march
 
-        center, left, ratios = self._medium
+        center, left, links = self._medium
         way = self.scene.speed_of_sound * self.time_step
         drive = share * 4 * np.pi * way**2 / float(np.prod(self.spacing))
         steps = int(np.ceil(duration * self.sample_rate))
-        heard = march(center, ratios, left, source, drive, ears, weights, steps)
+        driven, heard = (self._numbers(cells) for cells in (source, ears))
+        root = self._root
+        heard = march(
+            center, left, links, self._strides,
+            driven, drive * root[driven], heard, weights * root[heard], steps,
+        )  # fmt: skip
         # entry n holds the pressure at step n + 1
         return np.pad(heard, ((0, 0), (1, 0)))[:, :steps]
 
+    def turns(self, frequencies: FloatArray) -> FloatArray:
+        """Return the phase per time step at which the grid answers for frequencies.
+
+        Waves on the grid are slower than sound, differently so by direction; here they
+        are taken at the frequency at which they have the right length in the mean over
+        all directions (L. Savioja, V. Välimäki, IEEE Trans. Speech Audio Process. 11,
+        157 (2003), who warp frequencies of an interpolated mesh).
+        """
+        half = np.pi * frequencies * self.time_step
+        slower = np.sqrt(1 - self._slowed(frequencies))
+        return 2 * np.arcsin(np.minimum(half * slower, 1.0))
+
+    def gain(self, frequencies: FloatArray) -> FloatArray:
+        """Return what the grid's answers at `turns` are to be multiplied by.
+
+        Slower waves lie closer in frequency, and so add up to more.
+        """
+        return 1 - 2 * self._slowed(frequencies)
+
+    def _slowed(self, frequencies: FloatArray) -> FloatArray:
+        """Return by what share differences along the axes miss the squared wavenumber.
+
+        Along an axis they miss it by (k h)² / 12, and directions have a mean n⁴ of 1/5.
+        """
+        wave = 2 * np.pi * frequencies / self.scene.speed_of_sound
+        return np.sum(self.spacing**2) * wave**2 / 60
+
     def pressure(self, points: FloatArray) -> tuple[IntArray, FloatArray]:
         """Return cells (N, 8, 3) and weights (N, 8) of pressures at points (N, 3)."""
-        return self._spread(points, self._air)
+        return self._spread(points)
 
     def slope(self, points: FloatArray, axis: int) -> tuple[IntArray, FloatArray]:
         """Return cells (N, 16, 3) and weights [1/m] of the derivative along an axis.
@@ -166,48 +187,97 @@ class WaveGrid:
         weights = np.concatenate([ahead[1], -behind[1]], axis=1) / self.spacing[axis]
         return np.concatenate([ahead[0], behind[0]], axis=1), weights
 
+    def blur(
+        self, points: FloatArray, frequencies: FloatArray, axis: int | None = None
+    ) -> FloatArray:
+        """Return what `pressure`, or `slope`, hears of a pressure, or slope, of 1.
+
+        The mean over plane waves from everywhere, of which eight cells around a point
+        hear the fainter, the shorter they are. Shape (N, frequencies).
+        """
+        heard = self.pressure(points) if axis is None else self.slope(points, axis)
+        cells, weights = heard
+        corner = self.scene.geometry.center - self.size / 2
+        way = (cells - 0.5) * self.spacing + corner - points[:, None]
+        far = np.linalg.norm(way, axis=-1)
+        wave = 2 * np.pi * frequencies / self.scene.speed_of_sound
+        phase = far[..., None] * wave
+        if axis is None:
+            return np.einsum("nc,ncf->nf", weights, np.sinc(phase / np.pi))
+        near = np.maximum(phase, 1e-3)
+        bent = 3 * (np.sin(near) - near * np.cos(near)) / near**3
+        return np.einsum("nc,ncf->nf", weights * way[..., axis], bent)
+
+    @cached_property
+    def _cells(self) -> CutCells:
+        counts = tuple(map(int, self.shape))
+        if self.scene.geometry.lattice:
+            return whole_cells(counts)
+        return cut_cells(self.scene.geometry.mesh, counts, _MOST_CELLS)
+
+    @cached_property
+    def _courant(self) -> FloatArray:
+        return self.scene.speed_of_sound * self.time_step / self.spacing
+
     @cached_property
     def _air(self) -> FloatArray:
-        return self._inside()
+        """Share of air by which each cell answers, that of a cell without air 0.
+
+        What little is left of a cell answers no faster than the time step is stable.
+        """
+        cells = self._cells
+        least = self._flows(np.ones_like(cells.volume)) / 2
+        return np.where(cells.volume > 0, np.maximum(cells.volume, least), 0.0)
+
+    @cached_property
+    def _root(self) -> FloatArray:
+        """One over the root of each cell's share of air, in rows; 0 without air."""
+        air = self._air.ravel()
+        return np.where(air > 0, 1 / np.sqrt(np.where(air > 0, air, 1.0)), 0.0)
+
+    @property
+    def _strides(self) -> tuple[int, int]:
+        _, ny, nz = self._air.shape
+        return ny * nz, nz
+
+    def _numbers(self, cells: IntArray) -> IntArray:
+        far, wide = self._strides
+        return cells @ np.array([far, wide, 1])
 
     @cached_property
     def _medium(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Weight of a cell's own pressure, of what walls leave, and axis ratios."""
-        inside = self._air
-        courant = self.scene.speed_of_sound * self.time_step / self.spacing
-        left = np.where(inside > 0, 1 / (1 + self._loss(inside, courant)), 0.0)
-        return 2 - self._neighbours(inside, courant**2), left, courant**2
+        """Weight of a cell's own pressure, of what walls leave, and links, in rows."""
+        air = np.where(self._air > 0, self._air, 1.0)
+        inside = self._air > 0
+        center = np.where(inside, 2 - self._flows(np.ones_like(air)) / air, 0.0)
+        left = np.where(inside, 1 / (1 + self._loss() / air), 0.0)
+        links = []
+        for axis, opening in enumerate(self._cells.openings):
+            root = np.sqrt(air * np.roll(air, -1, axis))
+            links.append((self._courant[axis] ** 2 * opening / root).ravel())
+        return center.ravel(), left.ravel(), np.array(links)
 
-    def _inside(self) -> FloatArray:
-        """Return 1 for cells whose middle is in the air, with a frame of zeros."""
-        if self.scene.geometry.lattice:
-            return np.pad(np.ones(tuple(self.shape)), 1)
-        counts = tuple(map(int, self.shape))
-        return _air_cells(self.scene.geometry.mesh, counts)
-
-    def _neighbours(self, inside: FloatArray, ratios: FloatArray) -> FloatArray:
-        """Return the sum of the ratios over the neighbours in the air."""
-        total = np.zeros_like(inside)
-        for axis in range(3):
-            for shift in (1, -1):
-                total += ratios[axis] * np.roll(inside, shift, axis=axis)
+    def _flows(self, values: FloatArray) -> FloatArray:
+        """Return the sum over a cell's openings of their ratios times a value there."""
+        total = np.zeros_like(values)
+        for axis, opening in enumerate(self._cells.openings):
+            part = self._courant[axis] ** 2 * opening * values
+            total += part + np.roll(part, 1, axis)
         return total
 
-    def _loss(self, inside: FloatArray, courant: FloatArray) -> FloatArray:
+    def _loss(self) -> FloatArray:
         """Return half of Courant number times admittance, over all walls of a cell."""
-        admittance = self._admittance()
-        loss = np.zeros_like(inside)
-        for axis in range(3):
-            for side, shift in ((0, 1), (1, -1)):
-                neighbour = np.roll(inside, shift, axis=axis)
-                wall = inside * (1 - neighbour)
-                loss += wall * courant[axis] * admittance[2 * axis + side] / 2
+        admittance, courant = self._admittance(), np.repeat(self._courant, 2)
+        loss = np.zeros_like(self._air)
+        for wall, area in enumerate(self._cells.walls):
+            loss += area * courant[wall] * admittance[wall] / 2
         return loss
 
     def _admittance(self) -> FloatArray:
         """Return the admittance of walls facing each way, shape (6,)."""
         scene = self.scene
-        real = real_admittance(np.minimum(scene.absorption[:, 0], MOST_ABSORBED))
+        absorbed = scene.absorption[:, self.octave]
+        real = real_admittance(np.minimum(absorbed, MOST_ABSORBED))
         for row, wall in scene.walls.items():
             real[row] = self._real_admittance(wall)
         return scene.geometry.facing() @ real
@@ -218,25 +288,50 @@ class WaveGrid:
         Cells react locally and at once; of a wall that also stores sound only the loss
         is kept.
         """
-        f = self.highest * (np.arange(_FREQUENCIES) + 0.5) / _FREQUENCIES
+        parts = (np.arange(_FREQUENCIES) + 0.5) / _FREQUENCIES
+        f = self.lowest + (self.highest - self.lowest) * parts
         cosine = np.ones(1) if wall.locally_reacting else np.array(_ANGLES)
         return float(wall.admittance(f[:, None], cosine).real.mean())
 
-    def _spread(
-        self, points: FloatArray, inside: FloatArray
-    ) -> tuple[IntArray, FloatArray]:
+    def _spread(self, points: FloatArray) -> tuple[IntArray, FloatArray]:
         """Return the eight cells around each point and their shares.
 
-        A share that would fall on a wall goes to the cells in the air.
+        A share that would fall on a wall, or beyond, goes to the cells that the air
+        around the point reaches.
         """
         corner = self.scene.geometry.center - self.size / 2
         place = (points - corner) / self.spacing - 0.5
         low = np.floor(place).astype(np.int64)
         part = place - low
-        corners = np.array([[a, b, c] for a in (0, 1) for b in (0, 1) for c in (0, 1)])
-        cells = low[:, None] + corners + 1
-        cells = np.clip(cells, 0, np.array(inside.shape) - 1)
-        pieces = np.where(corners, part[:, None], 1 - part[:, None])
-        shares = pieces.prod(axis=-1) * inside[tuple(np.moveaxis(cells, -1, 0))]
+        cells = low[:, None] + _CORNERS + 1
+        cells = np.clip(cells, 0, np.array(self._air.shape) - 1)
+        pieces = np.where(_CORNERS, part[:, None], 1 - part[:, None])
+        shares = pieces.prod(axis=-1)
+        reached = shares * self._reached(cells, part)
+        # in a wall's own cell there may be no air by the grid: take what is around
+        none = ~np.any(reached > 0, axis=1, keepdims=True)
+        there = self._air[tuple(np.moveaxis(cells, -1, 0))] > 0
+        shares = np.where(none, shares * there, reached)
         total = shares.sum(axis=1, keepdims=True)
         return cells, shares / np.where(total > 0, total, 1.0)
+
+    def _reached(self, cells: IntArray, part: FloatArray) -> NDArray[np.bool_]:
+        """Tell which of eight cells sound reaches from the one that holds a point.
+
+        From face to face, in any order of the axes. Cells and answer of shape (N, 8).
+        """
+        where = tuple(np.moveaxis(cells, -1, 0))
+        home = np.round(part).astype(np.int64) @ np.array([4, 2, 1])
+        reached = np.zeros(cells.shape[:2], dtype=bool)
+        reached[np.arange(len(cells)), home] = True
+        reached &= self._air[where] > 0
+        for _ in range(3):
+            for axis, opening in enumerate(self._cells.openings):
+                step = (4, 2, 1)[axis]
+                first = np.nonzero(_CORNERS[:, axis] == 0)[0]
+                lower = tuple(w[:, first] for w in where)
+                either = reached[:, first] | reached[:, first + step]
+                either &= opening[lower] > 0
+                reached[:, first] |= either
+                reached[:, first + step] |= either
+        return reached

@@ -39,7 +39,7 @@ _FEWEST_RAYS, _MOST_RAYS = 500, 20_000
 """Fewer than this and decays are biased where energies are clipped at zero; the most
 are those of `rooms.effects.traced`."""
 
-_COARSE_CELLS, _COARSE_MOMENTS = 7.0, 4
+_COARSE_CELLS, _COARSE_MOMENTS = 6.0, 4
 """What is coarse: waves 2 % too slow at the end of the grid, 1 % at the crossover, and
 pulses exact to -40 dB. Neither moves the level of an octave by 0.1 dB."""
 

@@ -4,6 +4,9 @@ In a box the image sources carry the modes themselves (with real reflection
 factors they are the modal sum), so only rooms of other shapes call for a grid.
 """
 
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,7 +14,10 @@ from rir import GainPattern
 from rir.arrays import FloatArray
 from rooms.effects.effect import Effect, Need, Tolerance, judged
 from rooms.scene import Scene
-from rooms.sound import Budget, Sound
+from rooms.sound import Budget, Sound, Work
+
+if TYPE_CHECKING:
+    from rooms.wave_grid import WaveGrid
 
 __all__ = ["MODES", "crossover_of"]
 
@@ -19,8 +25,8 @@ _HIGHEST, _LOWEST = 350.0, 60.0
 """Crossovers [Hz]: work grows with the fourth power of the highest; at the lowest, half
 an octave of cross-over ends below the lowest octave, and nothing counted changes."""
 
-_CELLS = 400_000
-"""Bounds the work of a pair, which grows with the power 4/3 of the cells."""
+_CELLS = 70_000
+"""Bounds the work of an emitter, which grows with the power 4/3 of the cells."""
 
 _PER_DB = {
     "level_db": 1.0,
@@ -33,25 +39,43 @@ _PER_DB = {
 _SKIRT = 0.8
 """How far below its edge, as a factor, the lowest octave still hears single modes."""
 
+_WIDTH = 0.5
+"""Octaves over which one solution fades into the next."""
+
+_ALIKE = 0.01
+"""Absorption that differs by less between octaves is one: tables state no more."""
+
 _RUMBLE = 12.0
 """Below this [Hz] the grid is faded out: the impulse moves air for good, and the
 pressure of a closed room would climb, which no loudspeaker makes it do."""
 
 
 def schroeder_frequency(scene: Scene) -> float:
-    """Return 2000 sqrt(T / V) with Eyring's T of the lowest octave [Hz].
+    """Return up to where single modes stand out [Hz].
+
+    That is 2000 sqrt(T / V) with Eyring's T of the octave that it lies in; of the next
+    below, where that of none does.
 
     References
     ----------
     M. R. Schroeder, JASA 99, 3240 (1996).
     """
-    decay = min(float(scene.eyring_t60()[0]), 10.0)
-    return 2000 * float(np.sqrt(decay / max(scene.geometry.volume, 1e-6)))
+    decay = np.minimum(scene.eyring_t60(), 10.0)
+    found = 2000 * np.sqrt(decay / max(scene.geometry.volume, 1e-6))
+    edges = _edges(scene)
+    inside = found > np.concatenate([[0.0], edges])
+    return float(np.max(np.where(inside, np.minimum(found, [*edges, np.inf]), 0.0)))
+
+
+def _edges(scene: Scene) -> FloatArray:
+    """Return where octaves meet [Hz]."""
+    return np.sqrt(scene.bands[1:] * scene.bands[:-1])
 
 
 def crossover_of(scene: Scene, budget: Budget) -> float:
     """Return the crossover [Hz]: the Schroeder frequency, within what a grid bears."""
-    bearable = (scene.speed_of_sound / 15) * (
+    per_wave = Work.cells_per_wave * 2 ** (_WIDTH / 2)
+    bearable = (scene.speed_of_sound / per_wave) * (
         _CELLS / max(scene.geometry.volume, 1e-6)
     ) ** (1 / 3)
     limits = schroeder_frequency(scene), _HIGHEST, bearable, budget.sample_rate / 5
@@ -93,29 +117,54 @@ def apply(scene: Scene, sound: Sound) -> None:
 def _joined(
     scene: Scene, sound: Sound, responses: FloatArray, crossover: float
 ) -> FloatArray:
-    """Cross over from the grid to the responses, half an octave wide."""
+    """Cross over from grids to the responses, half an octave wide."""
     budget = sound.budget
     length = 2 * budget.n_samples
     f = np.asarray(np.fft.rfftfreq(length, 1 / budget.sample_rate), dtype=np.float64)
-    octaves = np.log2(np.maximum(f, 1e-6) / crossover)
-    keep = np.cos(np.pi / 2 * np.clip(2 * octaves + 0.5, 0, 1)) ** 2
-    used = (keep > 1e-9) & (f > 0)
-    spectrum = np.fft.rfft(responses, length, axis=-1) * (1 - keep)
-    spectrum[:, used] += _low(scene, sound, f[used], crossover) * keep[used]
+    spectrum = np.fft.rfft(responses, length, axis=-1) * (1 - _below(f, crossover))
+    rest = np.ones_like(f)
+    for octave, top in _octaves(scene, crossover):
+        keep = rest * _below(f, top)
+        rest = rest - keep
+        used = (keep > 1e-9) & (f > 0)
+        spectrum[:, used] += _low(scene, sound, f[used], octave) * keep[used]
     return np.fft.irfft(spectrum, length, axis=-1)[:, : budget.n_samples]
 
 
+def _below(f: FloatArray, top: float) -> FloatArray:
+    """Return a gain that falls from 1 to 0 around a frequency."""
+    octaves = np.log2(np.maximum(f, 1e-6) / top)
+    return np.cos(np.pi / 2 * np.clip(octaves / _WIDTH + 0.5, 0, 1)) ** 2
+
+
+def _octaves(scene: Scene, crossover: float) -> list[tuple[int, float]]:
+    """Return octaves whose walls differ, and up to where each counts [Hz].
+
+    An octave of which less is left below the crossover than it takes to cross over has
+    no grid of its own.
+    """
+    tops = [edge for edge in _edges(scene) if edge * 2 ** (_WIDTH / 2) < crossover]
+    count = len(tops)
+    tops.append(crossover)
+    alike = [
+        not scene.walls
+        and np.allclose(scene.absorption[:, k], scene.absorption[:, k + 1], atol=_ALIKE)
+        for k in range(count)
+    ]
+    return [(k, tops[k]) for k in range(count + 1) if k == count or not alike[k]]
+
+
 def _low(
-    scene: Scene, sound: Sound, frequencies: FloatArray, crossover: float
+    scene: Scene, sound: Sound, frequencies: FloatArray, octave: int
 ) -> NDArray[np.complex128]:
     """Return transfer functions from the grid, gain patterns of first order applied."""
     from scipy.signal import butter
 
     from rooms.multipoles import Moments, transfer
-    from rooms.wave_grid import WaveGrid
 
     fineness = sound.budget.work.cells_per_wave
-    grid = WaveGrid(scene, 1.5 * crossover, fineness)
+    lowest, highest = float(frequencies[0]), float(frequencies[-1])
+    grid = _grid(scene, highest, fineness, octave, lowest)
     omni = GainPattern.omni()
     emitting, listening = sound.patterns or (omni, omni)
     turns = sound.emitter.orientation[None], sound.listeners.orientations
@@ -127,6 +176,16 @@ def _low(
     rise = butter(2, _RUMBLE, "highpass", fs=grid.sample_rate, output="sos")
     duration, faded = sound.budget.duration, np.asarray(rise, dtype=np.float64)
     return transfer(grid, places, moments, frequencies, duration, faded)
+
+
+@lru_cache(maxsize=8)
+def _grid(
+    scene: Scene, highest: float, fineness: float, octave: int, lowest: float
+) -> "WaveGrid":
+    """Return a grid, set up once for all emitters."""
+    from rooms.wave_grid import WaveGrid
+
+    return WaveGrid(scene, highest, fineness, octave, lowest)
 
 
 MODES = Effect("modes", "low frequencies by the wave equation (FDTD)", needed, apply)
