@@ -20,7 +20,7 @@ __all__ = [
     "transport_of",
 ]
 
-LATE_MODEL = "transport 1"
+LATE_MODEL = "transport 2"
 """Which late sound simulated data sets hold; those that state none hold boxes whose
 scattered sound decayed as Eyring says. It goes up when responses change."""
 

@@ -20,7 +20,7 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
 from rir.arrays import FloatArray
-from rooms.transport.fans import emission_rays, even_ways, volume_rays
+from rooms.transport.fans import emission_rays, place_rays, volume_rays
 from rooms.transport.functions import make_functions
 from rooms.transport.single import deposit_hits
 from rooms.transport.solving import invert_factor, meet, solve
@@ -57,7 +57,7 @@ class Detail:
     wall_rays: int = 16384
     """Rays of each wall."""
     volume_rays: int = 65536
-    """Rays of the mean of all places."""
+    """Rays of the mean of all places of a cube, and more where sides are longer."""
     place_rays: int = 512
     """Rays of each place."""
 
@@ -227,26 +227,30 @@ class BoxTransport:
         return (out[:, 0] + 1j * out[:, 1]).reshape(-1, self.lanes)
 
     @cached_property
+    def _volume_rays(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        longest = self.size.max() / np.cbrt(np.prod(self.size))
+        return volume_rays(self.size, int(self.detail.volume_rays * longest))
+
+    @cached_property
     def _mean_moments(self) -> Any:
         """What a place leaves on the walls, on average over all places."""
-        starts, ways, weights = volume_rays(self.size, self.detail.volume_rays)
+        starts, ways, weights = self._volume_rays
         return self._moments((starts, ways), weights)
 
     @cached_property
-    def ways(self) -> FloatArray:
-        """Directions of the rays of each place, shape (rays, 3)."""
-        return even_ways(self.detail.place_rays)
+    def place_rays(self) -> tuple[FloatArray, FloatArray]:
+        """Directions (rays, 3) and weights (rays,) of the rays of each place."""
+        return place_rays(self.size, self.detail.place_rays)
 
     @cached_property
     def _missed(self) -> Any:
         """What the few rays of a place miss of ways that last, on average."""
-        starts, _, _ = volume_rays(self.size, self.detail.volume_rays)
-        turns = -(-len(starts) // len(self.ways))
-        ways = np.tile(self.ways, (turns, 1))[: len(starts)]
-        weights = np.full(len(starts), 1 / len(starts))
-        return self._mean_moments - self._moments(
-            (starts, np.ascontiguousarray(ways)), weights
-        )
+        starts, _, _ = self._volume_rays
+        ways, weights = self.place_rays
+        turns = max(len(starts) // len(ways), 1)
+        starts = starts[: turns * len(ways)]
+        rays = starts, np.tile(ways, (turns, 1))
+        return self._mean_moments - self._moments(rays, np.tile(weights / turns, turns))
 
     def mean_energy(self) -> FloatArray:
         """Return energy per second, mean over all pairs, at `times`: (steps, bands)."""
@@ -267,10 +271,9 @@ class BoxTransport:
 
     def place_moments(self, positions: FloatArray) -> FloatArray:
         """Return what places leave on the walls, as `columns` takes it."""
-        count = len(self.ways)
-        weights = np.full(count, 1 / count)
+        ways, weights = self.place_rays
         each = [
-            self._moments((np.tile(position, (count, 1)), self.ways), weights)
+            self._moments((np.tile(position, (len(ways), 1)), ways), weights)
             for position in positions
         ]
         return np.stack(each) + self._missed

@@ -4,7 +4,10 @@ import numpy as np
 
 from rir.arrays import FloatArray
 
-__all__ = ["emission_rays", "even_ways", "volume_rays"]
+__all__ = ["emission_rays", "place_rays", "volume_rays"]
+
+_RAREST = 8.0
+"""Most that stretching thins rays out: some sixty of a place's still fill a sphere."""
 
 
 def _spread(count: int, dimensions: int) -> FloatArray:
@@ -25,18 +28,35 @@ def _ways(up: FloatArray, turn: FloatArray) -> FloatArray:
     return np.stack([flat * np.cos(angle), flat * np.sin(angle), up], axis=1)
 
 
-def even_ways(count: int) -> FloatArray:
-    """Return unit vectors spread evenly over the sphere, shape (count, 3).
+def place_rays(size: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
+    """Return directions (count, 3) of a place's rays, and weights that add to one.
 
-    A spiral (Á. González, Mathematical Geosciences 42, 49, 2010), turned so that it
-    has no axis in common with a box.
+    A spiral, even over the sphere (Á. González, Mathematical Geosciences 42, 49,
+    2010), turned so that it has no axis in common with a box, then stretched as the
+    box is, see `_stretched`.
     """
     index = np.arange(count)
     spiral = _ways(1 - (2 * index + 1) / count, index * (np.sqrt(5) - 1) / 2 % 1)
     a, b = 0.7, 1.1  # rad: any two that are no simple fractions of a turn
     one = np.array([[1, 0, 0], [0, np.cos(a), -np.sin(a)], [0, np.sin(a), np.cos(a)]])
     two = np.array([[np.cos(b), -np.sin(b), 0], [np.sin(b), np.cos(b), 0], [0, 0, 1]])
-    return np.ascontiguousarray(spiral @ (one @ two).T)
+    ways, rarer = _stretched(spiral @ (one @ two).T, size)
+    return ways, rarer / rarer.sum()
+
+
+def _stretched(ways: FloatArray, size: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return ways stretched as a box is from a cube, and how much rarer they become.
+
+    The far ends of a corridor are seen under a small angle, and send back what lasts.
+    """
+    stretch = size / np.cbrt(np.prod(size))
+    rarest = -3 * np.log(stretch.min())
+    stretch = stretch ** (np.log(_RAREST) / max(rarest, np.log(_RAREST)))
+    ways = ways * stretch
+    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+    # a linear map that keeps volumes makes directions rarer by the cube of lengths
+    rarer = np.linalg.norm(ways / stretch, axis=1) ** 3
+    return np.ascontiguousarray(ways), rarer
 
 
 def emission_rays(
@@ -94,5 +114,7 @@ def volume_rays(
     bare = np.stack([flat * np.cos(turn), flat * np.sin(turn), along], axis=1)
     axes = (3 * np.arange(count)[:, None] // count + np.arange(3)) % 3
     ways = np.take_along_axis(bare, axes, axis=1)
-    weights = 1 / (1 / np.sqrt(np.maximum(np.abs(ways), 1e-300))).sum(axis=1)
+    weights = 1 / np.sum(1 / np.sqrt(np.maximum(np.abs(ways), 1e-300)), axis=1)
+    ways, rarer = _stretched(ways, size)
+    weights = weights * rarer
     return u[:, :3] * size, ways, weights / weights.sum()

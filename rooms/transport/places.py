@@ -75,16 +75,17 @@ def _make_places(box: BoxTransport, keys: list[bytes]) -> list[BoxPlace]:
 
 def _close(box: BoxTransport, position: FloatArray) -> Any:
     nearest = (position > box.size / 2).astype(np.int64)
-    count = 3 * len(box.ways)
+    rays = box.place_rays
+    count = 3 * len(rays[0])
     whole = np.empty((count, 2), dtype=np.int64)
-    points, values = np.empty((count, 3)), np.empty((count, 2))
+    points, values = np.empty((count, 3)), np.empty((count, 3))
     mirrors = np.any(box.mirrored > 0, axis=1)
     used = collect_hits(
-        box.size, position, nearest, mirrors, box.ways, whole, points, values
+        box.size, position, nearest, mirrors, rays, whole, points, values
     )
     hits = whole[:used], points[:used], values[:used]
     kept = _kept(box, nearest)
-    close = box.moments_of(hits, kept * box.gate[:, None] / len(box.ways))
+    close = box.moments_of(hits, kept * box.gate[:, None])
     return position, nearest, close, hits, kept
 
 
@@ -131,7 +132,7 @@ def _single(
     per_bin = 1.0 / (box.speed * step)
     join_hits(box.size, one.hits, other.position, other.nearest, mirrors, per_bin, sums)
     factor = one.kept[:, :, None] * other.kept[:, None]
-    factor *= box.scattered[:, None, None] * 16 * np.pi / step / len(box.ways)
+    factor *= box.scattered[:, None, None] * 16 * np.pi / step
     out = np.zeros((steps, box.lanes))
     out[:used] = np.tensordot(sums, factor, axes=((0, 1, 2), (0, 1, 2)))
     return out

@@ -51,7 +51,7 @@ def _density(size, place, nearest, mirrors, wall, point, parts):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def collect_hits(size, place, nearest, mirrors, ways, whole, points, values):
+def collect_hits(size, place, nearest, mirrors, rays, whole, points, values):
     """Follow rays while they are straight or mirrored close by; return how many hit.
 
     Parameters
@@ -62,15 +62,16 @@ def collect_hits(size, place, nearest, mirrors, ways, whole, points, values):
         0 or 1: which wall of each axis is the nearer.
     mirrors : ndarray of bool, shape (6,)
         Which walls mirror anything.
-    ways : ndarray, shape (rays, 3)
-        Directions.
+    rays : tuple (ways, weights)
+        Directions, shape (rays, 3), and weights that add to one.
     whole : ndarray of int, shape (3 * rays, 2)
         Gets wall and class.
     points : ndarray, shape (3 * rays, 3)
         Gets the points.
-    values : ndarray, shape (3 * rays, 2)
-        Gets the way gone [m], and the density there, see `join_hits`.
+    values : ndarray, shape (3 * rays, 3)
+        Gets the way gone [m], the density there, see `join_hits`, and the weight.
     """
+    ways, weights = rays
     count = 0
     at, until = np.empty(3), np.empty(3)
     met, side = np.empty(3, dtype=np.int64), np.empty(3, dtype=np.int64)
@@ -100,6 +101,7 @@ def collect_hits(size, place, nearest, mirrors, ways, whole, points, values):
             whole[count, 1] = met[(axis + 1) % 3] + 2 * met[(axis + 2) % 3]
             values[count, 0] = way
             values[count, 1] = _density(size, place, nearest, mirrors, wall, at, parts)
+            values[count, 2] = weights[r]
             count += 1
             if side[axis] != nearest[axis] or not mirrors[wall]:
                 break
@@ -145,6 +147,7 @@ def deposit_hits(size, hits, factors, functions, per_bin, out):
         f = values[h, 0] * per_bin - middle
         for n in range(starts[wall], starts[wall + 1]):
             value = scale[n] * one[degrees[n, 0]] * other[degrees[n, 1]]
+            value *= values[h, 2]
             for step in range(-1, 2):
                 share = 1.0 - f * f if step == 0 else 0.5 * f * (f + step)
                 row = middle + step
@@ -175,7 +178,7 @@ def join_hits(size, hits, place, nearest, mirrors, per_bin, out):
     for h in range(len(whole)):
         wall, kind = whole[h, 0], whole[h, 1]
         total = _density(size, place, nearest, mirrors, wall, points[h], parts)
-        own = values[h, 1] / (values[h, 1] + total)
+        own = values[h, 2] * values[h, 1] / (values[h, 1] + total)
         for k in range(4):
             step = int((values[h, 0] + parts[1, k]) * per_bin)
             if step < steps:

@@ -8,6 +8,7 @@ from rooms.energy_flow import energy_flow
 from rooms.mesh import MeshGeometry
 from rooms.rays import trace_energy
 from rooms.transport import FINE, Detail, find_places, pair_energy, transport_of
+from rooms.transport.fans import place_rays
 
 SIZE = np.array([5.0, 4.0, 3.0])
 C = 343.2
@@ -73,6 +74,20 @@ def test_one_scattering_in_a_corner_is_that_of_a_fine_grid(gap):
 
     exact = 16 * np.pi * 0.6 * np.sum(irradiance(one) * irradiance(other) * area)
     assert abs(10 * np.log10(found / exact)) < 0.1
+
+
+@pytest.mark.parametrize("end", [5.0, 7.0, 12.0])
+def test_rays_of_a_place_tell_how_large_the_end_of_a_corridor_is_seen(end):
+    """A wall of half sides a, b at d: 4 asin(ab / sqrt((a² + d²)(b² + d²)))."""
+    ways, weights = place_rays(np.array([2.4, 16.0, 2.0]), FINE.place_rays)
+    ahead = ways[:, 1] > 1e-3
+    beside, up = (np.abs(ways[ahead, k] / ways[ahead, 1]) * end for k in (0, 2))
+    seen = 4 * np.pi * weights[ahead][(beside < 1.2) & (up < 1.0)].sum()
+    sides = np.sqrt((1.2**2 + end**2) * (1.0 + end**2))
+    assert abs(seen / (4 * np.arcsin(1.2 / sides)) - 1) < 0.03
+    assert weights.max() * len(weights) < 9
+    even = place_rays(np.ones(3), FINE.place_rays)[1]
+    np.testing.assert_allclose(even, 1 / FINE.place_rays)
 
 
 def test_boxes_and_traced_meshes_agree():
