@@ -173,7 +173,13 @@ def _carry_out(
     against: tuple["Measured", list[list[str]]] | None,
 ) -> None:
     """Explain, measure the cost, or simulate, show and write."""
-    from rooms.display import describe_scene, error_lines, parameter_table, plan_table
+    from rooms.display import (
+        describe_scene,
+        error_lines,
+        parameter_table,
+        plan_table,
+        progress_shown,
+    )
     from rooms.plan import plan_effects
     from rooms.simulation import simulate
 
@@ -190,7 +196,8 @@ def _carry_out(
         asked = plan.tolerance.clarity_db
         _show_cost(console, scene, places, options, asked, out)
         return
-    result = simulate(scene, *places, **options, **effort, plan=plan)
+    with progress_shown(console) as tell:
+        result = simulate(scene, *places, **options, **effort, plan=plan, tell=tell)
     console.out(f"effects: {', '.join(plan.on)}")
     for line in error_lines(result):
         console.out(line)

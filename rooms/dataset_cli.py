@@ -69,9 +69,7 @@ def make_dataset(
 def _carry_out(
     recipe: "Recipe", target: Path, workers: int, scheduler: str | None, dry_run: bool
 ) -> None:
-    from rich.progress import Progress
-
-    from rooms.display import describe_scene, plan_table
+    from rooms.display import describe_scene, plan_table, progress_shown
     from rooms.factory import make_dataset
 
     console = make_console()
@@ -88,12 +86,7 @@ def _carry_out(
     if dry_run:
         console.print(plan_table(bench.plan))
         return
-    with Progress(console=console, transient=True) as progress:
-        task = progress.add_task("simulating", total=None)
-
-        def tell(done: int, total: int) -> None:
-            progress.update(task, completed=done, total=total)
-
+    with progress_shown(console) as tell:
         options = {"workers": workers, "scheduler": scheduler}
         made = make_dataset(recipe, target, tell=tell, **options)
     console.out(f"wrote {made}")

@@ -1,5 +1,7 @@
 """What `simulate-room` shows on screen."""
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +13,7 @@ from rooms.plan import EffectPlan
 from rooms.scene import Scene
 
 if TYPE_CHECKING:
+    from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
@@ -22,6 +25,7 @@ __all__ = [
     "error_lines",
     "parameter_table",
     "plan_table",
+    "progress_shown",
 ]
 
 
@@ -156,3 +160,17 @@ def _spread(values: FloatArray, digits: int) -> str:
     if not len(known):
         return "-"
     return f"{known.mean():.{digits}f}±{known.std():.{digits}f}"
+
+
+@contextmanager
+def progress_shown(console: "Console") -> Iterator[Callable[[int, int], None]]:
+    """Show on a terminal how far work is; yield what is told (done, in all)."""
+    from rich.progress import Progress
+
+    with Progress(console=console, transient=True) as progress:
+        task = progress.add_task("simulating", total=None)
+
+        def tell(done: int, total: int) -> None:
+            progress.update(task, completed=done, total=total)
+
+        yield tell

@@ -3,20 +3,23 @@
 import hashlib
 import json
 import os
+import shutil
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rir import DatasetWriter
+from rir import DatasetWriter, Poses
 from rir.errors import DatasetError
 from rir.optional import require
+from rooms.batches import Batch
 from rooms.builtin import load_scene
-from rooms.layout import Block, Layout, paper_layout, with_gains
+from rooms.layout import Layout, paper_layout, with_gains
 from rooms.plan import EffectPlan, plan_effects
 from rooms.request import make_budget
 from rooms.scene import Scene
@@ -113,13 +116,13 @@ class PreparedRecipe:
         parts = stated_errors(self.scene, self.plan, budget, {})
         return {cause: part for cause, part in parts.items() if cause != "sampling"}
 
-    def responses(self, block: Block) -> NDArray[np.float32]:
-        """Return the responses of one block, shape (listeners, n_samples)."""
+    def responses(self, block: Batch) -> NDArray[np.float32]:
+        """Return the responses of one block, (emitters, listeners, n_samples)."""
         recipe, layout = self.recipe, self.layout
         result = simulate(
             self.scene,
-            layout.emitters[block.emitter],
-            layout.listeners[block.listeners.start : block.listeners.stop],
+            _some(layout.emitters, block.emitters),
+            _some(layout.listeners, block.listeners),
             sample_rate=recipe.sample_rate,
             duration=recipe.duration,
             max_order=recipe.max_order,
@@ -128,7 +131,11 @@ class PreparedRecipe:
             plan=self.plan,
             dtype=np.float32,
         )
-        return result.responses[0]
+        return np.asarray(result.responses, dtype=np.float32)
+
+
+def _some(places: Poses, rows: range) -> Poses:
+    return places[rows.start : rows.stop]
 
 
 _BENCHES: dict[Recipe, PreparedRecipe] = {}
@@ -196,7 +203,7 @@ def make_dataset(
     blocks = bench.layout.blocks()
     folder = target.with_name(f".{target.stem}-{recipe.key}.parts").resolve()
     folder.mkdir(parents=True, exist_ok=True)
-    missing = [b.index for b in blocks if not _part(folder, b.index).exists()]
+    missing = [k for k in range(len(blocks)) if not _part(folder, k).exists()]
     work = partial(compute_block, recipe, str(folder))
     done = len(blocks) - len(missing)
     for _ in _carry_out(work, missing, workers, scheduler):
@@ -241,16 +248,19 @@ def _on_cluster(
 
 
 def _join(
-    bench: PreparedRecipe, blocks: list[Block], folder: Path, target: Path
+    bench: PreparedRecipe, blocks: list[Batch], folder: Path, target: Path
 ) -> None:
-    """Write all blocks into the final file, in order, and remove them."""
+    """Write all blocks into the final file, emitter by emitter, and remove them.
+
+    The file appears when it is whole: who is killed meanwhile joins again.
+    """
     recipe, layout = bench.recipe, bench.layout
     plan = {name: verdict.on for name, verdict in bench.plan.verdicts.items()}
-    first = np.load(_part(folder, 0))
+    parts = [np.load(_part(folder, k), mmap_mode="r") for k in range(len(blocks))]
     with DatasetWriter(
         target,
         sample_rate=recipe.sample_rate,
-        n_samples=first.shape[1],
+        n_samples=parts[0].shape[-1],
         simulated=True,
         session=f"{bench.scene.name}-{recipe.key}",
         room_name=bench.scene.name,
@@ -263,19 +273,23 @@ def _join(
         emitter_gain=layout.emitter_gain,
         listener_gain=layout.listener_gain,
     ) as out:
-        for block in blocks:
-            rows = np.load(_part(folder, block.index))
-            some = layout.listeners[block.listeners.start : block.listeners.stop]
-            emitter = layout.emitters[np.full(len(rows), block.emitter)]
-            split = "train" if block.emitter < layout.training else "test"
-            columns = {
-                "split": np.full(len(rows), split),
-                "emitter_no": np.full(len(rows), block.emitter),
-                "listener_no": np.arange(block.listeners.start, block.listeners.stop),
-            }
-            out.append(rows, emitter, some, columns)
-    for block in blocks:
-        _part(folder, block.index).unlink()
-    for left in folder.glob("*.partial"):
-        left.unlink()
-    folder.rmdir()
+        for emitter in range(len(layout.emitters)):
+            for block, part in zip(blocks, parts, strict=True):
+                if emitter in block.emitters:
+                    rows = part[block.emitters.index(emitter)]
+                    out.append(rows, *_columns(layout, emitter, block.listeners))
+    shutil.rmtree(folder)
+
+
+def _columns(
+    layout: Layout, emitter: int, listeners: range
+) -> tuple[Poses, Poses, dict[str, Any]]:
+    """Return the places of an emitter's rows, and what else is told of them."""
+    count = len(listeners)
+    columns = {
+        "split": np.full(count, "train" if emitter < layout.training else "test"),
+        "emitter_no": np.full(count, emitter),
+        "listener_no": np.arange(listeners.start, listeners.stop),
+    }
+    here = layout.emitters[np.full(count, emitter)]
+    return here, _some(layout.listeners, listeners), columns

@@ -1,5 +1,6 @@
 """What loudspeaker, microphone and converters add to a room's response."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -76,16 +77,26 @@ class Hardware:
     drift_ppm: float = 0.0
 
     def heard(
-        self, responses: ArrayLike, sample_rate: int, rng: np.random.Generator
+        self,
+        responses: ArrayLike,
+        sample_rate: int,
+        rng: np.random.Generator | Iterable[np.random.Generator],
     ) -> FloatArray:
-        """Return responses, shape (..., n), as the chain would deliver them."""
+        """Return responses, shape (..., n), as the chain would deliver them.
+
+        One generator draws all noise, or each of several that of one response.
+        """
         out = np.asarray(responses, dtype=float)
         for device in (self.loudspeaker, self.microphone):
             out = out if device is None else device.filtered(out, sample_rate)
         if self.drift_ppm:
             out = _stretched(out, 1 / (1 + 1e-6 * self.drift_ppm))
         if np.isfinite(self.noise_db):
-            out = out + 10 ** (self.noise_db / 20) * rng.standard_normal(out.shape)
+            if isinstance(rng, np.random.Generator):
+                noise = rng.standard_normal(out.shape)
+            else:
+                noise = np.stack([one.standard_normal(out.shape[-1]) for one in rng])
+            out = out + 10 ** (self.noise_db / 20) * noise
         return out
 
 

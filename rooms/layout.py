@@ -1,31 +1,16 @@
 """The plan of a simulated data set: which emitters, which listeners, which patterns."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from rir import GainPattern, Poses
 from rir.errors import ConfigError
+from rooms.batches import Batch, batches
 from rooms.places import grid_places, random_places
 from rooms.scene import Scene
 
-__all__ = ["Block", "Layout", "paper_layout"]
-
-_BLOCK = 128
-"""Listeners computed and stored at a time: the unit that is resumed."""
-
-
-@dataclass(frozen=True, eq=False)
-class Block:
-    """Some listeners of one emitter: computed in one go."""
-
-    index: int
-    """Place in the order of the data set."""
-    emitter: int
-    """Row of `Layout.emitters`."""
-    listeners: range
-    """Rows of `Layout.listeners`."""
+__all__ = ["Layout", "paper_layout", "with_gains"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,15 +36,9 @@ class Layout:
     def __len__(self) -> int:
         return len(self.emitters) * len(self.listeners)
 
-    def blocks(self) -> list[Block]:
-        """Return the work in the order of the data set's rows."""
-        return [Block(k, *part) for k, part in enumerate(self._parts())]
-
-    def _parts(self) -> Iterator[tuple[int, range]]:
-        count = len(self.listeners)
-        for emitter in range(len(self.emitters)):
-            for first in range(0, count, _BLOCK):
-                yield emitter, range(first, min(first + _BLOCK, count))
+    def blocks(self) -> list[Batch]:
+        """Return the work, in the parts that are computed, stored and resumed."""
+        return batches(len(self.emitters), len(self.listeners))
 
 
 def paper_layout(

@@ -1,6 +1,6 @@
 """Responses between any emitters and listeners of a scene."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -9,12 +9,13 @@ import numpy as np
 
 from rir import Poses
 from rir.arrays import FloatArray
+from rooms.batches import Batch, batches, in_threads
 from rooms.effects import Tolerance
 from rooms.effort import Target, parse_accuracy, sampling_errors
 from rooms.plan import EffectPlan, plan_effects
 from rooms.request import check_effort, check_kind, make_budget, make_seed
 from rooms.scene import Scene
-from rooms.sound import Budget, Sound
+from rooms.sound import Budget, Company, Sound
 from rooms.stated_errors import stated_errors, together
 
 __all__ = ["Simulation", "simulate"]
@@ -91,6 +92,7 @@ def simulate(
     threads: int = 1,
     plan: EffectPlan | None = None,
     dtype: type = np.float64,
+    tell: Callable[[int, int], None] | None = None,
 ) -> Simulation:
     """Simulate the responses between all pairs of emitters and listeners.
 
@@ -120,11 +122,13 @@ def simulate(
     seed : int
         Key of everything random.
     threads : int
-        Threads that share the listeners.
+        Threads that share the pairs.
     plan : EffectPlan, optional
         A plan made before; `effects` is then not looked at.
     dtype : type
         float64, or float32 for large batches; computed in float64 either way.
+    tell : callable, optional
+        Told (pairs done, pairs in all) now and then.
 
     Returns
     -------
@@ -169,7 +173,7 @@ def simulate(
         )
     budget = replace(budget, work=plan.work)
     target = Target(limits, seconds)
-    run = _Run(plan.stage(scene), plan, places, threads, dtype)
+    run = _Run(plan.stage(scene), plan, places, (threads, dtype), tell)
     if target.open_ended or not run.traces(budget):
         run(budget)
     else:
@@ -187,11 +191,12 @@ class _Run:
         scene: Scene,
         plan: EffectPlan,
         places: tuple[Poses, Poses],
-        threads: int,
-        dtype: type,
+        means: tuple[int, type],
+        tell: Callable[[int, int], None] | None,
     ) -> None:
         self.scene, self.plan, self.places = scene, plan, places
-        self.threads, self.dtype = threads, dtype
+        self.tell = tell
+        self.threads, self.dtype = means
         self.responses: Any = np.empty(0)
         self.errors: dict[str, float] = {}
 
@@ -201,30 +206,54 @@ class _Run:
         return "late" in self.plan.on and not boxed
 
     def __call__(self, budget: Budget) -> dict[str, float]:
-        emitters, listeners = self.places
-        shape = (len(emitters), len(listeners), budget.n_samples)
+        shape = (*map(len, self.places), budget.n_samples)
         self.responses = np.empty(shape, dtype=self.dtype)
-        errors: list[dict[str, float]] = []
-        for index, emitter in enumerate(emitters):
-            sound = Sound(self.scene, emitter, listeners, budget)
-            whole = self.dtype == np.float64
-            out = self.responses[index] if whole else None
-            made = run_plan(self.scene, self.plan, sound, self.threads, out)
-            if not whole:
-                self.responses[index] = made
-            errors.append(sampling_errors(sound))
-        kinds = errors[0] if errors else {}
-        self.errors = {k: float(np.mean([e[k] for e in errors])) for k in kinds}
+        scene, (emitters, listeners), out = self.scene, self.places, self.responses
+        # much is made once for an emitter: of two lists, let the shorter one sound
+        if 0 < shape[1] < shape[0] and "hardware" not in self.plan.on:
+            scene, emitters, listeners = exchanged(scene), listeners, emitters
+            out = out.swapaxes(0, 1)
+
+        def work(batch: Batch) -> list[dict[str, float]]:
+            where = slice(batch.listeners.start, batch.listeners.stop)
+            heard = listeners[where]
+            some = emitters[batch.emitters.start : batch.emitters.stop]
+            company = Company(some.positions)
+            errors = []
+            for k, emitter in enumerate(some):
+                sound = Sound(scene, emitter, heard, budget, company=company, number=k)
+                made = run_plan(scene, self.plan, sound)
+                out[batch.emitters[k], where] = made
+                errors.append(sampling_errors(sound))
+            return errors
+
+        parts = batches(len(emitters), len(listeners), self.threads)
+        done, found, weights = 0, list[dict[str, float]](), list[int]()
+        made = in_threads(work, parts, self.threads)
+        for batch, errors in zip(parts, made, strict=True):
+            found += errors
+            weights += [len(batch.listeners)] * len(errors)
+            done += len(batch)
+            if self.tell is not None:
+                self.tell(done, shape[0] * shape[1])
+        kinds = found[0] if found else {}
+        self.errors = {
+            kind: float(np.average([one[kind] for one in found], weights=weights))
+            for kind in kinds
+        }
         return self.errors
 
 
-def run_plan(
-    scene: Scene,
-    plan: EffectPlan,
-    sound: Sound,
-    threads: int = 1,
-    out: FloatArray | None = None,
-) -> FloatArray:
+def exchanged(scene: Scene) -> Scene:
+    """Return the scene with the patterns exchanged, the same object if equal."""
+    if scene.emitter_gain == scene.listener_gain:
+        return scene
+    return replace(
+        scene, emitter_gain=scene.listener_gain, listener_gain=scene.emitter_gain
+    )
+
+
+def run_plan(scene: Scene, plan: EffectPlan, sound: Sound) -> FloatArray:
     """Apply the effects that are on, and render: shape (listeners, n_samples)."""
     from rooms.effects import EFFECTS
     from rooms.synthesis import render
@@ -233,4 +262,4 @@ def run_plan(
         EFFECTS[name].apply(scene, sound)
     for change in sound.arrival_changes:
         sound.arrivals = [change(arrivals) for arrivals in sound.arrivals]
-    return render(sound, threads, out)
+    return render(sound)

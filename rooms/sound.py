@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Arrivals",
     "Budget",
+    "Company",
     "Lattice",
     "Sound",
     "SurfaceParts",
@@ -183,6 +184,16 @@ class SurfaceParts:
 
 
 @dataclass(eq=False)
+class Company:
+    """Emitters heard by the same listeners, whose rays are traced once for all."""
+
+    emitters: FloatArray
+    """Positions [m]. Shape (E, 3)."""
+    traced: Any = None
+    """What was traced between these and the listeners."""
+
+
+@dataclass(eq=False)
 class Sound:
     """Everything between one emitter and its listeners.
 
@@ -210,6 +221,10 @@ class Sound:
     fading_mirrors: bool = False
     """Whether mirrors fade towards the rims of faces, so that no sound bent at these
     rims has to make up for where they end."""
+    company: Company | None = None
+    """Emitters that share the listeners, this one among them; None if it is alone."""
+    number: int = 0
+    """Which of the company this emitter is."""
 
     @property
     def local(self) -> bool:

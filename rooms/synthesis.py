@@ -1,7 +1,6 @@
 """Turn gathered sound into samples."""
 
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -18,41 +17,23 @@ _CHUNK = 8
 """Listeners rendered in one compiled call."""
 
 
-def render(sound: Sound, threads: int = 1, out: FloatArray | None = None) -> FloatArray:
+def render(sound: Sound) -> FloatArray:
     """Return the responses at all listeners, shape (listeners, n_samples).
 
     Parameters
     ----------
     sound : Sound
         What the effects have gathered.
-    threads : int
-        Threads that share the listeners.
-    out : ndarray, optional
-        Where to write; new memory when left out.
-
-    Notes
-    -----
-    The compiled loops release the interpreter lock, so threads share the work.
     """
     count = len(sound.listeners)
-    out = np.empty((count, sound.budget.n_samples)) if out is None else out
+    out = np.empty((count, sound.budget.n_samples))
     renderer = _Renderer(sound)
-    step = max(1, min(_CHUNK, count // threads))
-    parts = [range(k, min(k + step, count)) for k in range(0, count, step)]
-
-    def work(share: list[range]) -> None:
-        grid = renderer.new_grid()
-        for part in share:
-            out[part.start : part.stop] = renderer.responses(part, grid)
-
-    shares = [parts[first::threads] for first in range(threads)]
-    if threads == 1:
-        work(shares[0])
-    else:
-        with ThreadPoolExecutor(threads) as pool:
-            list(pool.map(work, shares))
+    grid = renderer.new_grid()
+    for first in range(0, count, _CHUNK):
+        part = range(first, min(first + _CHUNK, count))
+        out[part.start : part.stop] = renderer.responses(part, grid)
     for finish in sound.finishers:
-        out[:] = finish(out)
+        out = finish(out)
     return out
 
 

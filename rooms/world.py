@@ -11,7 +11,7 @@ from rir.errors import DatasetError, SceneError
 from rooms.plan import plan_effects
 from rooms.request import make_budget
 from rooms.scene import Scene
-from rooms.simulation import run_plan
+from rooms.simulation import exchanged, run_plan
 from rooms.sound import Sound
 
 __all__ = ["MeasuredWorld", "World"]
@@ -174,7 +174,7 @@ class World(_Places):
         scene = self.plan.stage(self.scene)
         if _rank(ends[1], scene.listener_gain) < _rank(ends[0], scene.emitter_gain):
             ends = ends[::-1]
-            scene = _mirrored(scene)
+            scene = exchanged(scene)
         sound = Sound(scene, ends[0], Poses.of(ends[1]), self.budget)
         return run_plan(scene, self.plan, sound)[0]
 
@@ -183,15 +183,6 @@ class World(_Places):
         if not self.listeners:
             raise SceneError("place a listener first")
         return np.stack([self.response(listener=pose) for pose in self.listeners])
-
-
-def _mirrored(scene: Scene) -> Scene:
-    """Return the scene with the patterns exchanged, the same object if equal."""
-    if scene.emitter_gain == scene.listener_gain:
-        return scene
-    return replace(
-        scene, emitter_gain=scene.listener_gain, listener_gain=scene.emitter_gain
-    )
 
 
 def _rank(pose: Pose, gain: GainPattern) -> tuple[float, ...]:

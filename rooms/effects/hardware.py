@@ -1,6 +1,7 @@
 """The measuring chain: loudspeaker, microphone, noise, clock drift."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rir.arrays import FloatArray
 from rooms.effects.effect import Effect, Need, Tolerance
@@ -25,11 +26,18 @@ def apply(scene: Scene, sound: Sound) -> None:
         return
 
     def finish(responses: FloatArray) -> FloatArray:
-        place = np.ascontiguousarray(sound.emitter.position).view(np.uint64)
-        rng = np.random.default_rng([sound.budget.seed, *place.tolist()])
-        return chain.heard(responses, sound.budget.sample_rate, rng)
+        ends = _bits(sound.emitter.position), _bits(sound.listeners.positions)
+        noise = (
+            np.random.default_rng([sound.budget.seed, *ends[0].tolist(), *place])
+            for place in ends[1].tolist()
+        )
+        return chain.heard(responses, sound.budget.sample_rate, noise)
 
     sound.finishers.append(finish)
+
+
+def _bits(places: FloatArray) -> NDArray[np.uint64]:
+    return np.ascontiguousarray(places).view(np.uint64)
 
 
 HARDWARE = Effect("hardware", "loudspeaker, microphone, noise, drift", needed, apply)

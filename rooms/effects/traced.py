@@ -5,6 +5,7 @@ Used for rooms that are not boxes, and for boxes when rays are asked for.
 
 from collections import OrderedDict
 from dataclasses import dataclass, replace
+from threading import Lock
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from rir import Poses
 from rir.arrays import FloatArray
 from rooms.places import random_places
 from rooms.scene import Scene
-from rooms.sound import Sound
+from rooms.sound import Company, Sound
 
 if TYPE_CHECKING:
     from rooms.mesh import MeshGeometry
@@ -53,16 +54,35 @@ def traced_energy(scene: Scene, sound: Sound) -> tuple[NDArray[np.float64], floa
     Where the plan says that late sound is mixed, each pair is traced up to then, and
     all have the mean of a few places beyond.
     """
-    ends = sound.emitter.position[None], sound.listeners.positions
     duration = sound.budget.duration
     until = min(sound.budget.work.traced_until, duration)
-    rays = sound.budget.rays or sound.budget.work.rays or DEFAULT_RAYS
-    histogram = _traced(scene, sound, ends, rays, until, sound.budget.seed)
+    histogram = _own(scene, sound, until)
     if until < duration:
         histogram = continued(histogram, pool_of(scene, sound).histogram)
     sound.traced = histogram
     energy = np.moveaxis(histogram.energy[0], 1, 2) / histogram.time_step
     return energy, histogram.time_step
+
+
+def _own(scene: Scene, sound: Sound, until: float) -> "EnergyHistogram":
+    """Return what is traced between an emitter and its listeners.
+
+    Rays depend on the place that sends them, so those of listeners are traced once
+    for all emitters of a company, and give each what it would get alone.
+    """
+    rays = sound.budget.rays or sound.budget.work.rays or DEFAULT_RAYS
+    company = sound.company or Company(sound.emitter.position[None])
+    if company.traced is None:
+        ends = company.emitters, sound.listeners.positions
+        company.traced = _traced(scene, sound, ends, rays, until, sound.budget.seed)
+    row = slice(sound.number, sound.number + 1)
+    found = company.traced
+    return replace(
+        found,
+        energy=found.energy[row],
+        error=found.error[row],
+        total_error=found.total_error[row],
+    )
 
 
 def _mesh(scene: Scene, sound: Sound) -> "MeshGeometry":
@@ -108,6 +128,8 @@ class Pool:
 
 _POOLS: "OrderedDict[tuple[Any, ...], Pool]" = OrderedDict()
 
+_TRACING = Lock()  # threads wait for a pool rather than trace it again
+
 
 def pool_of(scene: Scene, sound: Sound) -> Pool:
     """Return the pool of a scene, traced once for all that reflects alike in it.
@@ -128,16 +150,20 @@ def pool_of(scene: Scene, sound: Sound) -> Pool:
         sound.budget.duration,
         sound.listed_order,
     )
-    if key not in _POOLS:
-        count = sum(_POOL)
-        places = random_places(scene, count, np.random.default_rng(0))
-        one, other = places[: _POOL[0]], places[_POOL[0] :]
-        ends = one.positions, other.positions
-        found = _traced(scene, sound, ends, _POOL_RAYS, sound.budget.duration, 0)
-        _POOLS[key] = Pool(one, other, found)
-        if len(_POOLS) > _KEPT:
-            _POOLS.popitem(last=False)
-    return _POOLS[key]
+    with _TRACING:
+        if key not in _POOLS:
+            _POOLS[key] = _new_pool(scene, sound)
+            if len(_POOLS) > _KEPT:
+                _POOLS.popitem(last=False)
+        return _POOLS[key]
+
+
+def _new_pool(scene: Scene, sound: Sound) -> Pool:
+    places = random_places(scene, sum(_POOL), np.random.default_rng(0))
+    one, other = places[: _POOL[0]], places[_POOL[0] :]
+    ends = one.positions, other.positions
+    found = _traced(scene, sound, ends, _POOL_RAYS, sound.budget.duration, 0)
+    return Pool(one, other, found)
 
 
 def continued(own: "EnergyHistogram", pool: "EnergyHistogram") -> "EnergyHistogram":

@@ -4,11 +4,12 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 
-from rir import Dataset
+from rir import Dataset, DatasetWriter
 from rir.errors import ConfigError, DatasetError
 from rooms.builtin import load_scene
 from rooms.dataset_cli import main
@@ -87,6 +88,23 @@ def test_a_killed_run_is_taken_up_again(reference, tmp_path):
     told = []
     make_dataset(SMALL, target, tell=lambda done, total: told.append((done, total)))
     assert told[0][0] > 1
+    assert target.read_bytes() == reference.read_bytes()
+    assert [entry.name for entry in tmp_path.iterdir()] == ["one.h5"]
+
+
+@pytest.mark.parametrize("moment", ["append", "close"])
+def test_a_run_stopped_while_it_joins_loses_and_doubles_nothing(
+    reference, tmp_path, monkeypatch, moment
+):
+    target = tmp_path / "one.h5"
+    with monkeypatch.context() as patch:
+        patch.setattr(DatasetWriter, moment, Mock(side_effect=KeyboardInterrupt))
+        with pytest.raises(KeyboardInterrupt):
+            make_dataset(SMALL, target)
+    assert not target.exists()
+    told = []
+    make_dataset(SMALL, target, tell=lambda *counts: told.append(counts))
+    assert not told, "every block was kept"
     assert target.read_bytes() == reference.read_bytes()
     assert [entry.name for entry in tmp_path.iterdir()] == ["one.h5"]
 
