@@ -140,8 +140,8 @@ class BoxTransport:
     def _transformed(self, moments: FloatArray) -> Any:
         return rfft(moments * self._window, axis=0)
 
-    def _solve_walls(self) -> tuple[FloatArray, FloatArray]:
-        """Follow sound from wall to wall and invert the factors of 1 - J."""
+    def _exchange(self, steps: int) -> Any:
+        """Follow sound from wall to wall for so many steps, (freq, lanes, n, n)."""
         f, lanes, n = self.functions, self.lanes, len(self.functions)
         count, rays = self.steps // 2 + 1, self.detail.wall_rays
         exchange = np.zeros((count, lanes, n, n), dtype=np.complex128)
@@ -152,20 +152,50 @@ class BoxTransport:
             starts, ways, weights = emission_rays(self.size, wall, rays)
             area = np.prod(self.size) / self.size[wall // 2]
             emitted = self._values(wall, starts) * (area * weights[:, None])
-            out = np.zeros((self.steps, high - low, n * lanes))
+            out = np.zeros((steps, high - low, n * lanes))
             follow(
                 self.size, (starts, ways), emitted, self.gate[wall],
                 (self.mirrored, self.gate), self._tables, self._per_bin, _ALL, out,
             )  # fmt: skip
+            # the last step is the one before zero
+            out = np.insert(out, [steps - 1] * (self.steps - steps), 0.0, axis=0)
             sent = self._transformed(out.reshape(self.steps, -1))
             sent = sent.reshape(count, high - low, n, lanes)
             exchange[:, :, low:high] = np.moveaxis(sent, 3, 1)
-        systems = -self._symmetric(exchange)
+        return exchange
+
+    def _solve_walls(self) -> tuple[FloatArray, FloatArray]:
+        """Invert the factors of 1 - J."""
+        n = len(self.functions)
+        systems = -self._symmetric(self._exchange(self.steps))
         systems[:, :, np.arange(n), np.arange(n)] += 1.0
         systems = systems.reshape(-1, n, n)
         real, imaginary = systems.real.copy(), systems.imag.copy()
         invert_factor(real, imaginary)
         return real, imaginary
+
+    @property
+    def mean_free_path(self) -> float:
+        """Four times the volume over the surface [m]."""
+        return float(2.0 / np.sum(1.0 / self.size))
+
+    @cached_property
+    def _close_steps(self) -> int:
+        """Steps that hold exchange within a mean free path."""
+        wanted = np.ceil(self.mean_free_path * self._per_bin + 2.5)
+        return min(self.steps, max(int(wanted), 4))
+
+    @property
+    def close_length(self) -> float:
+        """Longest way of `close_exchange` [m]."""
+        return (self._close_steps - 2.5) / self._per_bin
+
+    @cached_property
+    def close_exchange(self) -> Any:
+        """Exchange between walls by short ways, (freq * lanes, n, n)."""
+        n, exchange = len(self.functions), self._exchange(self._close_steps)
+        even = 0.5 * (exchange + np.swapaxes(exchange, 2, 3))
+        return even.reshape(-1, n, n).astype(np.complex64)
 
     def _symmetric(self, exchange: Any) -> Any:
         """Return the symmetric part, with the sums over all that a function sends.

@@ -7,6 +7,7 @@ import numpy as np
 
 from rir.arrays import FloatArray
 from rooms.transport.box import BoxTransport
+from rooms.transport.corners import Corner, in_one_corner
 from rooms.transport.single import CLASSES, collect_hits, join_hits
 
 __all__ = ["BoxPlace", "find_places", "pair_energy"]
@@ -35,6 +36,8 @@ class BoxPlace:
         The same, ray by ray: see `rooms.transport.single.collect_hits`.
     kept : ndarray, shape (6, classes, lanes)
         What close mirrors leave of each class of hits.
+    corner : Corner
+        What keeps close to it.
     """
 
     position: FloatArray
@@ -43,6 +46,7 @@ class BoxPlace:
     close: Any
     hits: tuple[Any, ...]
     kept: FloatArray
+    corner: Corner
 
 
 def find_places(box: BoxTransport, positions: FloatArray) -> list[BoxPlace]:
@@ -66,7 +70,15 @@ def _make_places(box: BoxTransport, keys: list[bytes]) -> list[BoxPlace]:
     parts = [_close(box, position) for position in positions]
     columns = box.columns(box.place_moments(positions))
     return [
-        BoxPlace(position, nearest, column, close, hits, kept)
+        BoxPlace(
+            position,
+            nearest,
+            column,
+            close,
+            hits,
+            kept,
+            Corner(box, position, nearest, hits, kept, close),
+        )
         for (position, nearest, close, hits, kept), column in zip(
             parts, columns, strict=True
         )
@@ -107,13 +119,21 @@ def pair_energy(
 
     The same to the last bit if the places are exchanged.
     """
-    spectrum = box.meet((one.column, other.column, 1.0), (one.close, other.close, -1.0))
+    products = [(one.column, other.column, 1.0), (one.close, other.close, -1.0)]
+    chains = np.zeros((steps, box.lanes))
+    if in_one_corner(box, one.position, other.position):
+        ends = (place.corner for place in (one, other))
+        # in one order, whichever end is which
+        first, second = sorted(ends, key=lambda end: tuple(end.position.tolist()))
+        products.append((first.close, second.smooth, -1.0))
+        chains = first.heard(second, step, steps) + second.heard(first, step, steps)
+    spectrum = box.meet(*products)
     first = float(np.linalg.norm(one.position - other.position)) / box.speed
     smooth = box.resampled(spectrum, step, steps, first)
     single = _single(box, one, other, step, steps) + _single(
         box, other, one, step, steps
     )
-    energy = smooth + single
+    energy = smooth + (single + chains)
     k = int(first / step)
     if k + 1 < steps:
         # what arrives in the rest of a step that the direct sound has begun already

@@ -13,7 +13,7 @@ bit 0 is set if the axis after that of its wall was mirrored, bit 1 if the next 
 import numpy as np
 from numba import njit
 
-__all__ = ["collect_hits", "deposit_hits", "join_hits"]
+__all__ = ["CLASSES", "collect_hits", "density", "deposit_hits", "join_hits"]
 
 CLASSES = 4  # mirrored or not at the nearest wall of each of the two other axes
 _CLOSEST = 1e-6
@@ -21,7 +21,7 @@ _CLOSEST = 1e-6
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _density(size, place, nearest, mirrors, wall, point, parts):
+def density(size, place, nearest, mirrors, wall, point, parts):
     """Write what arrives at a point of a wall from a place and its close images.
 
     Cosine over 4 pi times the square of the distance, per class; nothing is absorbed.
@@ -100,7 +100,7 @@ def collect_hits(size, place, nearest, mirrors, rays, whole, points, values):
             whole[count, 0] = wall
             whole[count, 1] = met[(axis + 1) % 3] + 2 * met[(axis + 2) % 3]
             values[count, 0] = way
-            values[count, 1] = _density(size, place, nearest, mirrors, wall, at, parts)
+            values[count, 1] = density(size, place, nearest, mirrors, wall, at, parts)
             values[count, 2] = weights[r]
             count += 1
             if side[axis] != nearest[axis] or not mirrors[wall]:
@@ -177,7 +177,7 @@ def join_hits(size, hits, place, nearest, mirrors, per_bin, out):
     parts = np.empty((2, 4))
     for h in range(len(whole)):
         wall, kind = whole[h, 0], whole[h, 1]
-        total = _density(size, place, nearest, mirrors, wall, points[h], parts)
+        total = density(size, place, nearest, mirrors, wall, points[h], parts)
         own = values[h, 2] * values[h, 1] / (values[h, 1] + total)
         for k in range(4):
             step = int((values[h, 0] + parts[1, k]) * per_bin)

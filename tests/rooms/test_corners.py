@@ -3,6 +3,7 @@ import pytest
 
 from rooms.mesh import MeshGeometry
 from rooms.rays import trace_energy
+from rooms.transport import FINE, find_places, pair_energy, transport_of
 
 C = 343.2
 SIZE = np.array([6.0, 5.0, 3.0])
@@ -98,6 +99,35 @@ def test_exchanging_the_ends_in_a_corner_changes_no_bit():
     np.testing.assert_array_equal(there.energy, back.energy.swapaxes(0, 1))
     np.testing.assert_array_equal(there.error, back.error.swapaxes(0, 1))
     np.testing.assert_array_equal(there.total_error, back.total_error.swapaxes(0, 1))
+
+
+def box_energy(a, b, walls, steps=80):
+    """Return the same as `corner_energy`, of the box by transport."""
+    shares = np.ones((6, 1)), np.zeros((6, 1))
+    rows = [2 * k for k in walls]
+    shares[0][rows], shares[1][rows] = 0.2, 1.0
+    box = transport_of(SIZE, shares[0], shares[1], C, 0.04, FINE)
+    one, other = find_places(box, np.stack([a, b]))
+    energy = pair_energy(box, one, other, 0.0005, steps)
+    np.testing.assert_array_equal(energy, pair_energy(box, other, one, 0.0005, steps))
+    return energy[:, 0] * 0.0005
+
+
+@pytest.mark.parametrize("walls", [[0, 2], [0, 1, 2]])
+@pytest.mark.parametrize("gap", [0.05, 0.3, 0.6])
+def test_boxes_and_meshes_answer_alike_in_corners(walls, gap):
+    middle = np.array([0.0, 0.0 if 1 in walls else 2.5, 0.0])
+    a, b = (np.array(p) * gap + middle for p in ((0.9, 1.1, 1.0), (1.1, 0.8, 1.05)))
+    wanted, got = corner_energy(a, b, walls, rays=16_000), box_energy(a, b, walls)
+    assert abs(10 * np.log10(got.sum() / wanted.sum())) < 0.15
+    late = [np.sum(e * np.arange(80)) / e.sum() * 0.0005 for e in (got, wanted)]
+    assert abs(late[0] - late[1]) < 0.05 * late[1] + 0.0005
+
+
+def test_sound_along_an_edge_is_not_blurred():
+    a, b = np.array([0.2, 1.5, 0.2]), np.array([0.22, 2.6, 0.18])
+    wanted, got = corner_energy(a, b, [0, 2], rays=16_000), box_energy(a, b, [0, 2])
+    assert abs(10 * np.log10(got.sum() / wanted.sum())) < 0.25
 
 
 def test_time_of_what_is_scattered_twice():
