@@ -11,7 +11,10 @@ import numpy as np
 from rir.arrays import FloatArray, IntArray
 from rooms.reflection import Bounces
 
-__all__ = ["BoxPaths", "box_paths"]
+__all__ = ["NEAREST", "BoxPaths", "box_paths", "walls_met"]
+
+NEAREST = 0.01
+"""What is nearer counts as this far [m]: no transducer is a point."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +93,20 @@ def box_paths(
     )
     order = np.abs(index).sum(axis=1)[which]
     return BoxPaths(listener, length[near], departure, arrival, order, rows, bounces)
+
+
+def walls_met(index: IntArray) -> tuple[IntArray, IntArray]:
+    """Return how often images met the near and the far wall of an axis.
+
+    Image i > 0 met the far wall first, (i + 1) // 2 times; i < 0 the near one.
+
+    Examples
+    --------
+    >>> walls_met(np.array([-3, 0, 1, 2]))
+    (array([2, 0, 0, 1]), array([1, 0, 1, 1]))
+    """
+    more, fewer = (np.abs(index) + 1) // 2, np.abs(index) // 2
+    return np.where(index > 0, fewer, more), np.where(index > 0, more, fewer)
 
 
 def _indices(max_order: int) -> IntArray:

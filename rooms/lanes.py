@@ -14,7 +14,7 @@ FULL = 8
 
 
 class Lanes:
-    """Which bands are one.
+    """Which bands are one, and how wide a grid of them is.
 
     Parameters
     ----------
@@ -22,6 +22,8 @@ class Lanes:
         All that may tell bands apart.
     centers : tuple of float
         Octave centres [Hz].
+    padded : bool
+        Whether even a single lane is padded to a register.
 
     Examples
     --------
@@ -31,7 +33,12 @@ class Lanes:
     ((0, 0, 1), (500.0, 1000.0))
     """
 
-    def __init__(self, values: Iterable[FloatArray], centers: tuple[float, ...]):
+    def __init__(
+        self,
+        values: Iterable[FloatArray],
+        centers: tuple[float, ...],
+        padded: bool = False,
+    ) -> None:
         lane = np.zeros(len(centers), dtype=int)
         for part in values:
             lane = _refined(lane, part)
@@ -41,19 +48,15 @@ class Lanes:
         self.tops = np.array(tops)
         self.of_band = tuple(number[int(k)] for k in lane)
         self.bands = centers
+        self.width = 1 if len(tops) == 1 and not padded else FULL
         self.centers = tuple(centers[top] for top in tops)
 
     def __len__(self) -> int:
         return len(self.tops)
 
-    @property
-    def width(self) -> int:
-        """Lanes of a grid: one, or as many as fill a register."""
-        return 1 if len(self) == 1 else FULL
-
     def fit(self, values: FloatArray) -> FloatArray:
         """Return values by lane, (..., width), of values by band, zeros beyond."""
-        if len(self) == 1:
+        if self.width == 1:
             return np.ascontiguousarray(values[..., -1:])
         fitted = np.zeros((*values.shape[:-1], FULL))
         fitted[..., : len(self)] = values[..., self.tops]

@@ -8,6 +8,7 @@ import numpy as np
 from rir import GainPattern
 from rir.arrays import FloatArray, IntArray
 from rir.pose import rotate
+from rooms.box_images import walls_met
 from rooms.lanes import Lanes
 from rooms.sound import Arrivals, Lattice, Sound
 
@@ -60,10 +61,7 @@ def _axis(lattice: Lattice, axis: int, reach: float, lanes: Lanes) -> Any:
     length = float(lattice.size[axis])
     count = min(int(reach / length) + 2, lattice.max_order)
     index = np.arange(-count, count + 1)
-    # Image i > 0 met the far wall first: the far wall ceil(i/2) times.
-    more, fewer = (np.abs(index) + 1) // 2, np.abs(index) // 2
-    near = np.where(index > 0, fewer, more)[:, None]
-    far = np.where(index > 0, more, fewer)[:, None]
+    near, far = (times[:, None] for times in walls_met(index))
     if lattice.by_angle is None:
         walls = lattice.reflection[2 * axis : 2 * axis + 2]
         gain = walls[0] ** near * walls[1] ** far
@@ -83,7 +81,8 @@ class _Renderer:
         budget, scene = sound.budget, sound.scene
         self.sound = sound
         centers = tuple(map(float, scene.bands))
-        self.lanes = Lanes(_tells_apart(sound), centers)
+        angled = sound.lattice is not None and sound.lattice.by_angle is not None
+        self.lanes = Lanes(_tells_apart(sound), centers, padded=angled)
         self.scale = budget.sample_rate / scene.speed_of_sound
         self.rows = 0
         self.fading = np.zeros(0)

@@ -3,14 +3,12 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from rooms.box_images import NEAREST
 from rooms.effects.effect import Effect, Need, Tolerance
 from rooms.scene import Scene
 from rooms.sound import Arrivals, Budget, Sound
 
-__all__ = ["DIRECT", "NEAREST"]
-
-NEAREST = 0.01
-"""Distances below this [m] count as this: no transducer is a point."""
+__all__ = ["DIRECT"]
 
 
 def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Need:

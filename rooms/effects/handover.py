@@ -177,12 +177,11 @@ def _mirrored_energy(scene: Scene, sound: Sound, flow: EnergyFlow) -> FloatArray
     span = scene.speed_of_sound, STEP, steps
     listed = ANY_ORDER if order is None else order, share[:steps]
     kept, size = sound.reflection**2, np.asarray(scene.geometry.size)
-    energies = []
-    for place in sound.listeners.positions:
-        ends = sound.emitter.position, place
-        energy, known = image_energy(size, kept, ends, span, listed)
-        energies.append(np.concatenate([energy[:known], mean[known:]]))
-    return np.stack(energies)
+    ends = sound.emitter.position, sound.listeners.positions
+    energy, known = image_energy(size, kept, ends, span, listed)
+    whole = np.repeat(mean[None], len(energy), axis=0)
+    whole[:, :known] = energy[:, :known]
+    return whole
 
 
 def _uneven_steps(flow: EnergyFlow) -> int:

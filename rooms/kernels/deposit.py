@@ -12,59 +12,39 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
+from rooms.box_images import NEAREST
 from rooms.kernels.patterns import looked_up, pattern_gains
 
 MOMENTS = 8  # most powers, 0 to 7: a pulse exact to -100 dB (docs/decisions/0042)
 LANES = 8  # bands are padded to eight, so that one wide register holds them
-NEAREST = 0.01  # m: images nearer count as there, since no transducer is a point
 
 
 @njit(inline="always")
 def _add(grid, at, gain):
-    """Add one arrival after `at` samples; a grid of four moments gets four."""
+    """Add one arrival after `at` samples, with a gain in each lane."""
     row = int(at)
     x = 2.0 * (at - row) - 1.0
-    moments = grid[row]
-    if grid.shape[2] != LANES:
-        for lane in range(grid.shape[2]):
-            power = gain[lane]
-            for moment in range(grid.shape[1]):
-                moments[moment, lane] += power
-                power *= x
+    if grid.shape[2] == 1:
+        power = gain[0]
+        for moment in range(MOMENTS):
+            grid[row, moment, 0] += power
+            power *= x
     else:
-        xx = x * x
-        for lane in range(LANES):
-            g = gain[lane]
-            moments[0, lane] += g
-            moments[1, lane] += g * x
-            moments[2, lane] += g * xx
-            moments[3, lane] += g * xx * x
-        if grid.shape[1] > 4:
-            for lane in range(LANES):
-                h = gain[lane] * xx * xx
-                moments[4, lane] += h
-                moments[5, lane] += h * x
-                moments[6, lane] += h * xx
-                moments[7, lane] += h * xx * x
-
-
-@njit(inline="always")
-def _multiply(one, two, three, spread, gain):
-    """Write products lane by lane: a known number of lanes is one register."""
-    if len(gain) == LANES:
-        for lane in range(LANES):
-            gain[lane] = one[lane] * two[lane] * three[lane] * spread
-    else:
-        for lane in range(len(gain)):
-            gain[lane] = one[lane] * two[lane] * three[lane] * spread
+        # all lanes of a moment lie side by side: the inner loop vectorises
+        for moment in range(grid.shape[1]):
+            for lane in range(grid.shape[2]):
+                grid[row, moment, lane] += gain[lane]
+                gain[lane] *= x
 
 
 @njit(cache=True, nogil=True, fastmath=True)
 def deposit_paths(delays, gains, grid):
     """Add paths of given delays [samples] and gains (paths, lanes) to a grid."""
+    gain = np.empty(grid.shape[2])
     for path in range(len(delays)):
         if delays[path] >= 0.0 and delays[path] < grid.shape[0]:
-            _add(grid, delays[path], gains[path])
+            gain[:] = gains[path]
+            _add(grid, delays[path], gain)
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
@@ -119,21 +99,131 @@ def deposit_lattice_flat(dx, dy, dz, gx, gy, gz, ox, oy, orders, scale, moments)
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def deposit_lattice(dx, dy, dz, gx, gy, gz, ox, oy, oz, limits, ends, grid):
-    """Add every shoebox image, all bands at once; see `deposit_lattice_flat`.
+def deposit_lattice_bands(dx, dy, dz, gx, gy, gz, ox, oy, oz, orders, scale, grid):
+    """Add every shoebox image, eight bands at once; see `deposit_lattice_flat`.
 
-    `limits` are the orders, the samples per metre, and the number of `classes` that
-    divide the cosine of the way to the axis evenly: where walls reflect by angle, `gx`
-    and its like have a row for each image and class. `ends` are whether the images
-    are weighed by gain patterns, and these: see `_weigh`.
+    A grid with room for four moments gets four.
     """
-    (first_order, order), scale, classes = limits
-    weighed, emitting, listening = ends
+    first_order, order = orders
+    fine = grid.shape[1] > 4
+    reach = (grid.shape[0] - 1.0) / scale
+    gain = np.empty(LANES)
+    mid = len(dz) // 2
+    pitch = max((dz[-1] - dz[0]) / max(1, len(dz) - 1), 1e-9)
+    for i in range(len(dx)):
+        for j in range(len(dy)):
+            rest = order - ox[i] - oy[j]
+            across = dx[i] * dx[i] + dy[j] * dy[j]
+            room = reach * reach - across
+            if rest < 0 or room <= 0.0:
+                continue
+            for lane in range(LANES):
+                gain[lane] = gx[i, lane] * gy[j, lane]
+            span = min(mid, rest, int(sqrt(room) / pitch) + 2)
+            for k in range(mid - span, mid + span + 1):
+                square = dz[k] * dz[k]
+                if square >= room:
+                    continue
+                if ox[i] + oy[j] + oz[k] < first_order:
+                    continue
+                distance = sqrt(across + square)
+                at = distance * scale
+                row = int(at)
+                x = 2.0 * (at - row) - 1.0
+                xx = x * x
+                moments, far = grid[row], gz[k]
+                spread = 1.0 / max(distance, NEAREST)
+                for lane in range(LANES):
+                    g = gain[lane] * far[lane] * spread
+                    moments[0, lane] += g
+                    moments[1, lane] += g * x
+                    moments[2, lane] += g * xx
+                    moments[3, lane] += g * xx * x
+                if not fine:
+                    continue
+                for lane in range(LANES):
+                    h = gain[lane] * far[lane] * spread * xx * xx
+                    moments[4, lane] += h
+                    moments[5, lane] += h * x
+                    moments[6, lane] += h * xx
+                    moments[7, lane] += h * xx * x
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def deposit_lattice_angles(
+    dx, dy, dz, gx, gy, gz, ox, oy, oz, orders, scale, classes, grid
+):
+    """Add every shoebox image, eight bands at once, where walls reflect by angle.
+
+    `gx` and its like have a row for each image and for each of the `classes` that
+    divide the cosine of the way to the axis evenly; see `deposit_lattice_bands`.
+    """
+    first_order, order = orders
+    fine = grid.shape[1] > 4
+    reach = (grid.shape[0] - 1.0) / scale
+    gain = np.empty(LANES)
+    mid = len(dz) // 2
+    pitch = max((dz[-1] - dz[0]) / max(1, len(dz) - 1), 1e-9)
+    for i in range(len(dx)):
+        for j in range(len(dy)):
+            rest = order - ox[i] - oy[j]
+            across = dx[i] * dx[i] + dy[j] * dy[j]
+            room = reach * reach - across
+            if rest < 0 or room <= 0.0:
+                continue
+            # so many classes for each metre over the distance
+            ax, ay = abs(dx[i]) * classes, abs(dy[j]) * classes
+            span = min(mid, rest, int(sqrt(room) / pitch) + 2)
+            for k in range(mid - span, mid + span + 1):
+                square = dz[k] * dz[k]
+                if square >= room:
+                    continue
+                if ox[i] + oy[j] + oz[k] < first_order:
+                    continue
+                distance = sqrt(across + square)
+                spread = 1.0 / max(distance, NEAREST)
+                one = gx[i * classes + min(int(ax * spread), classes - 1)]
+                two = gy[j * classes + min(int(ay * spread), classes - 1)]
+                az = abs(dz[k]) * classes
+                three = gz[k * classes + min(int(az * spread), classes - 1)]
+                at = distance * scale
+                row = int(at)
+                x = 2.0 * (at - row) - 1.0
+                xx = x * x
+                moments = grid[row]
+                for lane in range(LANES):
+                    g = one[lane] * two[lane] * three[lane] * spread
+                    gain[lane] = g * xx * xx
+                    moments[0, lane] += g
+                    moments[1, lane] += g * x
+                    moments[2, lane] += g * xx
+                    moments[3, lane] += g * xx * x
+                if not fine:
+                    continue
+                for lane in range(LANES):
+                    h = gain[lane]
+                    moments[4, lane] += h
+                    moments[5, lane] += h * x
+                    moments[6, lane] += h * xx
+                    moments[7, lane] += h * xx * x
+
+
+@njit(cache=True, nogil=True)
+def deposit_lattice_patterns(
+    dx, dy, dz, gx, gy, gz, ox, oy, oz, orders, scale, classes, ends, grid
+):
+    """Add every shoebox image, weighed by the gain patterns of both ends: see `_weigh`.
+
+    Where walls reflect by angle, `gx` and its like have a row for each image and for
+    each of the `classes` that divide the cosine of the way to the axis evenly.
+    """
+    first_order, order = orders
+    emitting, listening = ends
     lanes = grid.shape[2]
     reach = (grid.shape[0] - 1.0) / scale
-    gain = np.empty(lanes)
+    gain, both = np.empty(lanes), np.empty((2, lanes))
     sent, heard = np.empty(emitting[1].shape[1]), np.empty(listening[1].shape[1])
-    work = sent, heard, np.empty((2, lanes))
+    work = sent, heard, both
     mid = len(dz) // 2
     pitch = max((dz[-1] - dz[0]) / max(1, len(dz) - 1), 1e-9)
     for i in range(len(dx)):
@@ -148,27 +238,26 @@ def deposit_lattice(dx, dy, dz, gx, gy, gz, ox, oy, oz, limits, ends, grid):
                 square = dz[k] * dz[k]
                 if square >= room or ox[i] + oy[j] + oz[k] < first_order:
                     continue
-                distance = sqrt(across + square)
-                spread = 1.0 / max(distance, NEAREST)
-                ux, uy, uz = dx[i] * spread, dy[j] * spread, dz[k] * spread
+                distance = max(sqrt(across + square), NEAREST)
+                ux, uy, uz = dx[i] / distance, dy[j] / distance, dz[k] / distance
+                # a mirrored axis turns the departure the same way as the arrival
+                vx = ux if ox[i] % 2 else -ux
+                vy = uy if oy[j] % 2 else -uy
+                vz = uz if oz[k] % 2 else -uz
+                _weigh(emitting, listening, (vx, vy, vz), (ux, uy, uz), work, gain)
                 a, b, c = i, j, k
                 if classes > 1:
                     a = i * classes + min(int(abs(ux) * classes), classes - 1)
                     b = j * classes + min(int(abs(uy) * classes), classes - 1)
                     c = k * classes + min(int(abs(uz) * classes), classes - 1)
-                _multiply(gx[a], gy[b], gz[c], spread, gain)
-                if weighed:
-                    # a mirrored axis turns the departure the same way as the arrival
-                    vx = ux if ox[i] % 2 else -ux
-                    vy = uy if oy[j] % 2 else -uy
-                    vz = uz if oz[k] % 2 else -uz
-                    _weigh(emitting, listening, (vx, vy, vz), (ux, uy, uz), work, gain)
+                for lane in range(lanes):
+                    gain[lane] *= gx[a, lane] * gy[b, lane] * gz[c, lane] / distance
                 _add(grid, distance * scale, gain)
 
 
 @njit(cache=True, nogil=True)
-def _weigh(emitting, listening, leave, reach, work, gain):
-    """Multiply gains by those of the patterns of both ends.
+def _weigh(emitting, listening, leave, reach, work, weight):
+    """Write the gains of the patterns of both ends, multiplied.
 
     `emitting` and `listening` are (turn (3, 3), coefficients (lanes, harmonics), table
     (directions, lanes)): the turn takes room directions into the device frame. Gains
@@ -179,15 +268,15 @@ def _weigh(emitting, listening, leave, reach, work, gain):
     if side > 0:
         one = looked_up(emitting[0], side, leave[0], leave[1], leave[2])
         two = looked_up(listening[0], side, reach[0], reach[1], reach[2])
-        for lane in range(len(gain)):
-            gain[lane] *= emitting[2][one, lane] * listening[2][two, lane]
+        for lane in range(len(weight)):
+            weight[lane] = emitting[2][one, lane] * listening[2][two, lane]
         return
     turn, rows = emitting[0], emitting[1]
     pattern_gains(turn, rows, leave[0], leave[1], leave[2], sent, both[0])
     turn, rows = listening[0], listening[1]
     pattern_gains(turn, rows, reach[0], reach[1], reach[2], heard, both[1])
-    for lane in range(len(gain)):
-        gain[lane] *= both[0, lane] * both[1, lane]
+    for lane in range(len(weight)):
+        weight[lane] = both[0, lane] * both[1, lane]
 
 
 @njit(cache=True, nogil=True)

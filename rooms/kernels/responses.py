@@ -4,8 +4,10 @@ import numpy as np
 from numba import njit
 
 from rooms.kernels.deposit import (
-    deposit_lattice,
+    deposit_lattice_angles,
+    deposit_lattice_bands,
     deposit_lattice_flat,
+    deposit_lattice_patterns,
     deposit_paths,
     deposit_waves,
 )
@@ -81,16 +83,24 @@ def fill_and_shape(
             dy = image_offsets(iy, size[1], emitter[1], listeners[place, 1])
             dz = image_offsets(iz, size[2], emitter[2], listeners[place, 2])
             box = grid[:lattice_rows]
-            if grid.shape[2] == 1 and not weighed and classes == 1:
+            if weighed:
+                deposit_lattice_patterns(
+                    dx, dy, dz, gx, gy, gz, ox, oy, oz, orders, scale, classes,
+                    (emitting, listening), box,
+                )  # fmt: skip
+            elif classes > 1:
+                deposit_lattice_angles(
+                    dx, dy, dz, gx, gy, gz, ox, oy, oz, orders, scale, classes, box
+                )
+            elif grid.shape[2] == 1:
                 deposit_lattice_flat(
                     dx, dy, dz, gx[:, 0], gy[:, 0], gz[:, 0], ox, oy, orders, scale,
                     grid.reshape(-1)[: 8 * lattice_rows],
                 )  # fmt: skip
             else:
-                limits, ends = (orders, scale, classes), (weighed, emitting, listening)
-                deposit_lattice(
-                    dx, dy, dz, gx, gy, gz, ox, oy, oz, limits, ends, box
-                )  # fmt: skip
+                deposit_lattice_bands(
+                    dx, dy, dz, gx, gy, gz, ox, oy, oz, orders, scale, box
+                )
             begin = lattice_rows - len(fading)
             for row in range(len(fading)):
                 box[begin + row] *= fading[row]

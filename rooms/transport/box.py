@@ -96,6 +96,7 @@ class BoxTransport:
         self.mirrored = np.ascontiguousarray(kept * (1.0 - spread))
         self.scattered = np.ascontiguousarray(kept * spread)
         self.gate = np.sqrt(self.scattered)
+        self.mirrors = np.any(self.mirrored > 0, axis=1)
         self.lanes = both.shape[1]
         self.step, self.steps = self._choose_steps(both[:6], duration)
         self.functions = make_functions(self.size, detail.degree, detail.stretch)
@@ -106,6 +107,7 @@ class BoxTransport:
         self._undo = np.exp(damping * self.step * np.arange(self.steps))
         self._factors = self._solve_walls()
         self.known: dict[bytes, Any] = {}
+        self._resampling: dict[tuple[float, int], FloatArray] = {}
 
     def _choose_steps(
         self, absorption: FloatArray, duration: float
@@ -240,8 +242,10 @@ class BoxTransport:
     def _laned(self, out: FloatArray) -> Any:
         n, lanes = len(self.functions), self.lanes
         sent = self._transformed(out.reshape(self.steps, -1)).reshape(-1, n, lanes)
-        sent = np.stack([sent.real, sent.imag], axis=1)
-        return np.ascontiguousarray(np.moveaxis(sent, 3, 1)).reshape(-1, 2, n)
+        laned = np.empty((len(sent), lanes, 2, n))
+        laned[:, :, 0] = np.swapaxes(sent.real, 1, 2)
+        laned[:, :, 1] = np.swapaxes(sent.imag, 1, 2)
+        return laned.reshape(-1, 2, n)
 
     def columns(self, moments: FloatArray) -> FloatArray:
         """Return moments of places solved for all that follows, in the same shape."""
@@ -322,7 +326,22 @@ class BoxTransport:
         Nothing arrives before `first` [s]; what the resolution puts there, or makes
         negative, is taken from what follows.
         """
-        energy = self._energy(spectra)
+        key = step, steps
+        if key not in self._resampling:
+            self._resampling = {key: self._resample(step, steps)}
+        out = self._resampling[key] @ np.concatenate([spectra.real, spectra.imag])
+        arrived = np.cumsum(out, axis=0)
+        arrived[: int(np.ceil(first / step))] = 0.0
+        arrived = np.maximum(np.maximum.accumulate(arrived, axis=0), 0.0)
+        return np.diff(arrived, axis=0, prepend=0.0)
+
+    def _resample(self, step: float, steps: int) -> FloatArray:
+        """Return the matrix from spectra to energies in other steps of time.
+
+        Of shape (steps, 2 freq): real parts, then imaginary ones.
+        """
+        unit = np.eye(self.steps // 2 + 1)
+        energy = self._energy(np.concatenate([unit, 1j * unit], axis=1))
         energy[-3:] = 0.0
         at = (np.arange(steps) + 0.5) * step / self.step
         near = np.floor(at).astype(int)
@@ -338,7 +357,4 @@ class BoxTransport:
             inside = (row >= 0) & (row < self.steps)
             some = energy[np.where(inside, row, 0)]
             out += np.where(inside, share, 0.0)[:, None] * some
-        arrived = np.cumsum(out, axis=0)
-        arrived[: int(np.ceil(first / step))] = 0.0
-        arrived = np.maximum(np.maximum.accumulate(arrived, axis=0), 0.0)
-        return np.diff(arrived, axis=0, prepend=0.0)
+        return out

@@ -102,8 +102,8 @@ class Corner:
     def heard(self, other: "Corner", step: float, steps: int) -> FloatArray:
         """Return energy per second of chains that end at another place, over time."""
         box, out = self.box, np.zeros((steps, self.box.lanes))
-        mirrors, per_bin = np.any(box.mirrored > 0, axis=1), 1 / (box.speed * step)
+        per_bin = 1 / (box.speed * step)
         factors = other.kept * box.scattered[:, None] * (16 * np.pi / step)
-        place = other.position, other.nearest, mirrors
+        place = other.position, other.nearest, box.mirrors
         join_chains(box.size, self.chains, *place, factors, per_bin, out)
         return out

@@ -6,23 +6,21 @@ counts is the energy they bring, place by place.
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-from rir.arrays import FloatArray
+from rir.arrays import FloatArray, IntArray
+from rooms.box_images import NEAREST, walls_met
+from rooms.kernels.responses import image_offsets
 
 __all__ = ["image_energy"]
 
 _MOST = 1_000_000
 """Images looked at for a pair: a few milliseconds."""
 
-_NEAREST = 0.01
-"""Images nearer than this count as there [m], as where they are listed."""
-
 
 def image_energy(
     size: FloatArray,
     kept: FloatArray,
-    places: tuple[FloatArray, FloatArray],
+    ends: tuple[FloatArray, FloatArray],
     span: tuple[float, float, int],
     listed: tuple[int, FloatArray],
 ) -> tuple[FloatArray, int]:
@@ -34,8 +32,8 @@ def image_energy(
         Lengths of the box [m].
     kept : ndarray, shape (6, bands)
         Shares of the energy that the walls mirror.
-    places : tuple of ndarray, shape (3,)
-        The two ends [m]; exchanging them changes nothing.
+    ends : tuple of ndarray, shape (3,) and (listeners, 3)
+        Emitter and listeners [m]; exchanging two ends changes nothing.
     span : tuple (speed, step, steps)
         Speed of sound [m/s], time step [s] and number of steps.
     listed : tuple (order, share)
@@ -44,61 +42,69 @@ def image_energy(
 
     Returns
     -------
-    energy : ndarray, shape (steps, bands)
+    energy : ndarray, shape (listeners, steps, bands)
         Energy per second, in the unit of a response whose direct sound is 1/d.
     known : int
         Steps that are complete: later images are too many.
 
     Examples
     --------
-    >>> ends = np.array([1.0, 2.0, 1.0]), np.array([3.0, 2.0, 2.0])
+    >>> ends = np.array([1.0, 2.0, 1.0]), np.array([[3.0, 2.0, 2.0]])
     >>> span = 343.0, 0.001, 20
     >>> walls = np.full((6, 1), 0.5)
     >>> args = np.array([5.0, 4.0, 3.0]), walls, ends, span, (0, np.zeros(20))
     >>> energy, known = image_energy(*args)
-    >>> known, int(np.nonzero(energy[:, 0])[0][0])
+    >>> known, int(np.nonzero(energy[0, :, 0])[0][0])
     (20, 10)
     """
     speed, step, steps = span
     order, share = listed
     bands, lane_of = np.unique(kept, axis=1, return_inverse=True)
-    reach = min(
-        speed * step * steps, float(np.cbrt(_MOST * 0.75 / np.pi * np.prod(size)))
-    )
-    first, second = sorted(places, key=lambda place: tuple(place.tolist()))
-    axes = tuple(_axis(size, bands, k, reach, first, second) for k in range(3))
-    out = np.zeros((steps, bands.shape[1]))
-    _add_images(axes, min(order, 1 << 30), share, 1 / (speed * step), reach, out)
-    return out[:, lane_of.ravel()] / step, int(reach / (speed * step) + 1e-6)
+    most = float(np.cbrt(_MOST * 0.75 / np.pi * np.prod(size)))
+    reach = min(speed * step * steps, most)
+    axes = tuple(_axis(float(size[k]), bands[2 * k :], reach) for k in range(3))
+    emitter, listeners = ends
+    out = np.zeros((len(listeners), steps, bands.shape[1]))
+    limits = min(order, 1 << 30), share, 1 / (speed * step), reach
+    _add_images(size, axes, emitter, listeners, limits, out)
+    return out[:, :, lane_of.ravel()] / step, int(reach / (speed * step) + 1e-6)
 
 
 def _axis(
-    size: FloatArray,
-    kept: FloatArray,
-    axis: int,
-    reach: float,
-    one: FloatArray,
-    other: FloatArray,
-) -> tuple[FloatArray, FloatArray, NDArray[np.int64]]:
-    """Return squared offsets, factors and reflections of images along an axis."""
-    length = float(size[axis])
+    length: float, kept: FloatArray, reach: float
+) -> tuple[IntArray, FloatArray, IntArray]:
+    """Return numbers, factors and reflections of images along an axis."""
     count = int(reach / length) + 2
     index = np.arange(-count, count + 1)
-    even = index * length + (one[axis] - other[axis])
-    odd = (index + 1) * length - (one[axis] + other[axis])
-    more, fewer = (np.abs(index) + 1) // 2, np.abs(index) // 2
-    near = np.where(index > 0, fewer, more)[:, None]
-    far = np.where(index > 0, more, fewer)[:, None]
-    factor = kept[2 * axis] ** near * kept[2 * axis + 1] ** far
-    return np.where(index % 2 == 0, even, odd) ** 2, factor, np.abs(index)
+    near, far = (times[:, None] for times in walls_met(index))
+    return index, kept[0] ** near * kept[1] ** far, np.abs(index)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _add_images(axes, order, share, per_step, reach, out):
-    (dx, gx, ox), (dy, gy, oy), (dz, gz, oz) = axes
+def _add_images(size, axes, emitter, listeners, limits, out):
+    for place in range(len(listeners)):
+        one, other = emitter, listeners[place]
+        for k in range(2, -1, -1):
+            # the sums are the same to the last bit whichever end is the emitter
+            if emitter[k] != listeners[place, k]:
+                turned = emitter[k] > listeners[place, k]
+                one = listeners[place] if turned else emitter
+                other = emitter if turned else listeners[place]
+        dx = image_offsets(axes[0][0], size[0], one[0], other[0]) ** 2
+        dy = image_offsets(axes[1][0], size[1], one[1], other[1]) ** 2
+        dz = image_offsets(axes[2][0], size[2], one[2], other[2]) ** 2
+        _add_pair((dx, dy, dz), size[2], axes, limits, out[place])
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def _add_pair(squares, pitch, axes, limits, out):
+    (_, gx, ox), (_, gy, oy), (_, gz, oz) = axes
+    dx, dy, dz = squares
+    order, share, per_step, reach = limits
     steps, lanes = out.shape
-    least = _NEAREST * _NEAREST
-    gain = np.empty(lanes)
+    least = NEAREST * NEAREST
+    gain, square, at = np.empty(lanes), np.empty(len(dz)), np.empty(len(dz))
+    mid = len(dz) // 2
     for i in range(len(dx)):
         for j in range(len(dy)):
             across = dx[i] + dy[j]
@@ -108,14 +114,20 @@ def _add_images(axes, order, share, per_step, reach, out):
             for lane in range(lanes):
                 gain[lane] = gx[i, lane] * gy[j, lane]
             met = ox[i] + oy[j]
-            for k in range(len(dz)):
-                if dz[k] >= room or met + oz[k] == 0:
+            # image k is at least |k| - 1 lengths away
+            span = min(mid, int(np.sqrt(room) / pitch) + 1)
+            low, count = mid - span, 2 * span + 1
+            # square roots in a loop of their own vectorise
+            for k in range(count):
+                square[k] = across + dz[low + k]
+                at[k] = np.sqrt(square[k]) * per_step
+            for k in range(count):
+                if dz[low + k] >= room or at[k] >= steps:
                     continue
-                square = across + dz[k]
-                step = int(np.sqrt(square) * per_step)
-                if step >= steps:
+                if met + oz[low + k] == 0:
                     continue
-                part = share[step] if met + oz[k] <= order else 1.0
-                part /= max(square, least)
+                step = int(at[k])
+                part = share[step] if met + oz[low + k] <= order else 1.0
+                part /= max(square[k], least)
                 for lane in range(lanes):
-                    out[step, lane] += part * gain[lane] * gz[k, lane]
+                    out[step, lane] += part * gain[lane] * gz[low + k, lane]

@@ -91,9 +91,8 @@ def _close(box: BoxTransport, position: FloatArray) -> Any:
     count = 3 * len(rays[0])
     whole = np.empty((count, 2), dtype=np.int64)
     points, values = np.empty((count, 3)), np.empty((count, 3))
-    mirrors = np.any(box.mirrored > 0, axis=1)
     used = collect_hits(
-        box.size, position, nearest, mirrors, rays, whole, points, values
+        box.size, position, nearest, box.mirrors, rays, whole, points, values
     )
     hits = whole[:used], points[:used], values[:used]
     kept = _kept(box, nearest)
@@ -130,9 +129,8 @@ def pair_energy(
     spectrum = box.meet(*products)
     first = float(np.linalg.norm(one.position - other.position)) / box.speed
     smooth = box.resampled(spectrum, step, steps, first)
-    single = _single(box, one, other, step, steps) + _single(
-        box, other, one, step, steps
-    )
+    single = _single(box, one, other, step, steps)
+    single += _single(box, other, one, step, steps)
     energy = smooth + (single + chains)
     k = int(first / step)
     if k + 1 < steps:
@@ -145,14 +143,9 @@ def pair_energy(
 def _single(
     box: BoxTransport, one: BoxPlace, other: BoxPlace, step: float, steps: int
 ) -> FloatArray:
-    mirrors = np.any(box.mirrored > 0, axis=1)
-    longest = 6 * float(np.linalg.norm(box.size)) / (box.speed * step)
-    used = min(steps, int(longest) + 2)
-    sums = np.zeros((6, CLASSES, CLASSES, used))
-    per_bin = 1.0 / (box.speed * step)
-    join_hits(box.size, one.hits, other.position, other.nearest, mirrors, per_bin, sums)
-    factor = one.kept[:, :, None] * other.kept[:, None]
-    factor *= box.scattered[:, None, None] * 16 * np.pi / step
     out = np.zeros((steps, box.lanes))
-    out[:used] = np.tensordot(sums, factor, axes=((0, 1, 2), (0, 1, 2)))
+    factor = box.scattered * (16 * np.pi / step)
+    there = other.position, other.nearest, other.kept, box.mirrors
+    per_bin = 1.0 / (box.speed * step)
+    join_hits(box.size, one.hits, one.kept, there, factor, per_bin, out)
     return out

@@ -29,25 +29,23 @@ def density(size, place, nearest, mirrors, wall, point, parts):
     axis = wall // 2
     one, other = (axis + 1) % 3, (axis + 2) % 3
     high = max(abs(point[axis] - place[axis]), _CLOSEST)
-    mirrored = mirrors[2 * one + nearest[one]], mirrors[2 * other + nearest[other]]
-    total = 0.0
+    a = place[one] - point[one]
+    b = place[other] - point[other]
+    c = 2.0 * nearest[one] * size[one] - place[one] - point[one]
+    d = 2.0 * nearest[other] * size[other] - place[other] - point[other]
+    straight, up = a * a, high * high
+    mirrored, side, far = c * c, up + b * b, up + d * d
+    parts[1, 0], parts[1, 1] = side + straight, side + mirrored
+    parts[1, 2], parts[1, 3] = far + straight, far + mirrored
     for k in range(4):
-        a = place[one]
-        parts[0, k], parts[1, k] = 0.0, 0.0
-        if (k & 1 and not mirrored[0]) or (k & 2 and not mirrored[1]):
-            continue
-        if k & 1:
-            a = 2.0 * nearest[one] * size[one] - a
-        b = place[other]
-        if k & 2:
-            b = 2.0 * nearest[other] * size[other] - b
-        a -= point[one]
-        b -= point[other]
-        square = high * high + a * a + b * b
+        square = parts[1, k]
         parts[1, k] = np.sqrt(square)
         parts[0, k] = high / (4.0 * np.pi * square * parts[1, k])
-        total += parts[0, k]
-    return total
+    if not mirrors[2 * one + nearest[one]]:
+        parts[0, 1] = parts[0, 3] = 0.0
+    if not mirrors[2 * other + nearest[other]]:
+        parts[0, 2] = parts[0, 3] = 0.0
+    return parts[0, 0] + parts[0, 1] + parts[0, 2] + parts[0, 3]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -158,22 +156,25 @@ def deposit_hits(size, hits, factors, functions, per_bin, out):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def join_hits(size, hits, place, nearest, mirrors, per_bin, out):
+def join_hits(size, hits, kept, there, factors, per_bin, out):
     """Join the hits of one place to another.
 
     Parameters
     ----------
-    hits : tuple (whole, points, values)
-        Of the one place, see `collect_hits`.
-    place, nearest, mirrors : ndarray
+    hits, kept : tuple (whole, points, values), ndarray of shape (6, classes, lanes)
+        Of the one place, see `collect_hits`, and what close mirrors leave of each.
+    there : tuple (place, nearest, kept, mirrors)
         The other place, and as in `collect_hits`.
+    factors : ndarray, shape (6, lanes)
+        What walls scatter of it.
     per_bin : float
         Time steps per metre.
-    out : ndarray, shape (6, classes of the one, classes of the other, steps)
-        Gets sums over hits of the density of the other's class, weighed.
+    out : ndarray, shape (steps, lanes)
+        Gets the density of the other's class, weighed.
     """
     whole, points, values = hits
-    steps = out.shape[3]
+    place, nearest, kept_there, mirrors = there
+    steps, lanes = out.shape
     parts = np.empty((2, 4))
     for h in range(len(whole)):
         wall, kind = whole[h, 0], whole[h, 1]
@@ -181,5 +182,9 @@ def join_hits(size, hits, place, nearest, mirrors, per_bin, out):
         own = values[h, 2] * values[h, 1] / (values[h, 1] + total)
         for k in range(4):
             step = int((values[h, 0] + parts[1, k]) * per_bin)
-            if step < steps:
-                out[wall, kind, k, step] += parts[0, k] * own
+            if step >= steps or parts[0, k] == 0.0:
+                continue
+            more = parts[0, k] * own
+            for lane in range(lanes):
+                both = kept[wall, kind, lane] * kept_there[wall, k, lane]
+                out[step, lane] += more * both * factors[wall, lane]
