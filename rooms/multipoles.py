@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rir import GainPattern
-from rir.arrays import ComplexArray, FloatArray
+from rir.arrays import ComplexArray, FloatArray, IntArray
 from rir.pose import rotate
 from rooms.wave_grid import WaveGrid
 
@@ -103,7 +103,8 @@ def transfer(
         if not np.any(strength):
             continue
         source = _cells(grid, places[0][None], axis)
-        strength = strength / grid.blur(places[0][None], frequencies, axis)[0]
+        blurred = grid.blur(places[0][None], *source, frequencies, axis)
+        strength = strength / blurred[0]
         for first in range(0, len(places[1]), _BLOCK):
             some = slice(first, first + _BLOCK)
             part = Moments(listeners.constant, listeners.gradient[some])
@@ -113,7 +114,9 @@ def transfer(
     return total
 
 
-def _cells(grid: WaveGrid, points: FloatArray, axis: int | None) -> tuple:
+def _cells(
+    grid: WaveGrid, points: FloatArray, axis: int | None
+) -> tuple[IntArray, FloatArray]:
     return grid.pressure(points) if axis is None else grid.slope(points, axis)
 
 
@@ -143,7 +146,10 @@ def _heard(
     frequencies = wave * grid.scene.speed_of_sound / (2 * np.pi)
     turn = grid.turns(frequencies)
     spectra = _spectra(low, turn).reshape(len(axes), len(points), len(wave))
-    spectra /= [grid.blur(points, frequencies, axis) for axis in axes]
+    spectra /= [
+        grid.blur(points, *part, frequencies, axis)
+        for axis, part in zip(axes, parts, strict=True)
+    ]
     total = listeners.constant * spectra[0]
     for axis, spectrum in zip(axes[1:], spectra[1:], strict=True):
         total = total + listeners.gradient[:, :, axis] / (1j * wave) * spectrum

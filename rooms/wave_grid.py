@@ -188,15 +188,29 @@ class WaveGrid:
         return np.concatenate([ahead[0], behind[0]], axis=1), weights
 
     def blur(
-        self, points: FloatArray, frequencies: FloatArray, axis: int | None = None
+        self,
+        points: FloatArray,
+        cells: IntArray,
+        weights: FloatArray,
+        frequencies: FloatArray,
+        axis: int | None = None,
     ) -> FloatArray:
-        """Return what `pressure`, or `slope`, hears of a pressure, or slope, of 1.
+        """Return what weighted cells hear of a pressure, or a slope, of 1 at points.
 
         The mean over plane waves from everywhere, of which eight cells around a point
         hear the fainter, the shorter they are. Shape (N, frequencies).
+
+        Parameters
+        ----------
+        points : ndarray, shape (N, 3)
+            Places [m].
+        cells, weights : ndarray, shape (N, n, 3), (N, n)
+            As of `pressure`, or of `slope` along an axis.
+        frequencies : ndarray, shape (frequencies,)
+            Frequencies [Hz].
+        axis : int, optional
+            Axis of the slope.
         """
-        heard = self.pressure(points) if axis is None else self.slope(points, axis)
-        cells, weights = heard
         corner = self.scene.geometry.center - self.size / 2
         way = (cells - 0.5) * self.spacing + corner - points[:, None]
         far = np.linalg.norm(way, axis=-1)
@@ -307,11 +321,14 @@ class WaveGrid:
         cells = np.clip(cells, 0, np.array(self._air.shape) - 1)
         pieces = np.where(_CORNERS, part[:, None], 1 - part[:, None])
         shares = pieces.prod(axis=-1)
-        reached = shares * self._reached(cells, part)
-        # in a wall's own cell there may be no air by the grid: take what is around
-        none = ~np.any(reached > 0, axis=1, keepdims=True)
-        there = self._air[tuple(np.moveaxis(cells, -1, 0))] > 0
-        shares = np.where(none, shares * there, reached)
+        air = self._air[tuple(np.moveaxis(cells, -1, 0))]
+        cut = np.any(air < 1, axis=1)
+        if np.any(cut):
+            reached = shares[cut] * self._reached(cells[cut], part[cut])
+            # at a wall there may be no air by the grid: take what is around
+            none = ~np.any(reached > 0, axis=1, keepdims=True)
+            around = shares[cut] * (air[cut] > 0)
+            shares[cut] = np.where(none, around, reached)
         total = shares.sum(axis=1, keepdims=True)
         return cells, shares / np.where(total > 0, total, 1.0)
 

@@ -40,8 +40,8 @@ _FEWEST_RAYS, _MOST_RAYS = 500, 20_000
 are those of `rooms.effects.traced`."""
 
 _COARSE_CELLS, _COARSE_MOMENTS = 6.0, 4
-"""What is coarse: waves 2 % too slow at the end of the grid, 1 % at the crossover, and
-pulses exact to -40 dB. Neither moves the level of an octave by 0.1 dB."""
+"""What is coarse: waves 2 % slower along axes than across them at the end of the grid,
+and pulses exact to -40 dB. Neither moves the mean level of an octave by 0.1 dB."""
 
 _STEPPED_DB, _STEPPED_PERCENT = 2.0, 20.0
 """Coarse cells are taken from these tolerances of C50 [dB] and EDT [%] on: walls that

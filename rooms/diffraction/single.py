@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from rir.arrays import FloatArray
+from rir.arrays import FloatArray, IntArray
 from rooms.diffraction.bender import Bender
 from rooms.diffraction.ends import Ends, Legs, are_mirrored, mirrored_ends
 
@@ -26,23 +26,27 @@ def bent_once(
     geometry = bender.geometry
     starts = mirrored_ends(geometry, emitter[None], mirrors > 0)
     ends = mirrored_ends(geometry, listeners, mirrors > 0)
-    plain = len(listeners)
+    # at most one mirror on a way
+    count, plain, images = len(ends), len(listeners), len(starts) - 1
+    first = np.concatenate(
+        [np.zeros(count, int), np.repeat(np.arange(images) + 1, plain)]
+    )
+    last = np.concatenate([np.arange(count), np.tile(np.arange(plain), images)])
+    step = max(1, _BLOCK // max(1, len(bender.edges)))
     rows: list[tuple] = []
-    for start in range(len(starts)):
-        # at most one mirror on a way
-        count = len(ends) if start == 0 else plain
-        step = max(1, _BLOCK // max(1, len(bender.edges)))
-        for first in range(0, count, step):
-            part = ends[slice(first, min(first + step, count))]
-            same = starts[np.full(len(part), start)]
-            rows += _ways(bender, same, part)
+    for begin in range(0, len(first), step):
+        some = slice(begin, begin + step)
+        rows += _ways(bender, (starts, first[some]), (ends, last[some]))
     return rows
 
 
-def _ways(bender: Bender, starts: Ends, ends: Ends) -> Iterator[tuple]:
-    """Yield rows of ways between pairs of ends."""
+def _ways(
+    bender: Bender, one: tuple[Ends, IntArray], other: tuple[Ends, IntArray]
+) -> Iterator[tuple]:
+    """Yield rows of ways between pairs: ends, and which of them each pair has."""
     geometry, edges = bender.geometry, bender.edges
-    near, far = bender.around(starts.image[:1]), bender.around(ends.image)
+    near, far = (_around(bender, *side) for side in (one, other))
+    starts, ends = (side[which] for side, which in (one, other))
     total = near[0] + far[0]
     with np.errstate(invalid="ignore", divide="ignore"):
         place = (near[1] * far[0] + far[1] * near[0]) / total
@@ -62,17 +66,18 @@ def _ways(bender: Bender, starts: Ends, ends: Ends) -> Iterator[tuple]:
     legs = [Legs.between(geometry, side[pair], lifted) for side in (starts, ends)]
     keep = np.nonzero(legs[0].free & legs[1].free)[0]
     n, e = pair[keep], edge[keep]
-    one = np.linalg.norm(points[keep] - starts.image[n], axis=1)
-    other = np.linalg.norm(points[keep] - ends.image[n], axis=1)
-    gain = bender.bend(e, near[2][0, e], far[2][n, e], near[0][0, e] / one, one, other)
+    here = np.linalg.norm(points[keep] - starts.image[n], axis=1)
+    there = np.linalg.norm(points[keep] - ends.image[n], axis=1)
+    angles = near[2][n, e], far[2][n, e]
+    gain = bender.bend(e, *angles, near[0][n, e] / here, here, there)
     for leg in legs:
         surface = leg.surface[keep]
         gain *= np.where(surface[:, None] >= 0, bender.factors[surface], 1.0)
-    gain /= np.sqrt(one * other * (one + other))[:, None]
+    gain /= np.sqrt(here * there * (here + there))[:, None]
     mirrors = starts.mirrored[n].astype(int) + ends.mirrored[n]
     yield from zip(
         ends.owner[n],
-        one + other,
+        here + there,
         legs[0].facing[keep],
         legs[1].facing[keep],
         np.ones(len(keep), dtype=np.int64),
@@ -81,3 +86,9 @@ def _ways(bender: Bender, starts: Ends, ends: Ends) -> Iterator[tuple]:
         mirrors,
         strict=True,
     )
+
+
+def _around(bender: Bender, side: Ends, which: IntArray) -> list[FloatArray]:
+    """Return distance, place and angle of some ends, each looked at once."""
+    some, back = np.unique(which, return_inverse=True)
+    return [part[back] for part in bender.around(side.image[some])]
