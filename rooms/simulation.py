@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -244,6 +244,7 @@ class _Run:
         return self.errors
 
 
+@lru_cache(maxsize=8)
 def exchanged(scene: Scene) -> Scene:
     """Return the scene with the patterns exchanged, the same object if equal."""
     if scene.emitter_gain == scene.listener_gain:

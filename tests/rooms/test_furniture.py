@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rir import RoomSpec
+from rir import GainPattern, RoomSpec
 from rir.errors import SceneError
 from rooms import Scene, plan_effects, simulate
 from rooms.builtin import load_scene
@@ -128,3 +128,22 @@ def test_a_piece_passes_at_most_what_two_faces_take_in():
     np.testing.assert_allclose(rows.max(axis=0), 0.2)
     with pytest.raises(SceneError, match="cupboard lets through more"):
         Scene.from_room(room(glass | {"transmission": 0.05}))
+
+
+def test_many_emitters_and_one_listener_are_heard_as_one_emitter_by_many():
+    scene = replace(
+        Scene.from_room(room(CUPBOARD)), emitter_gain=GainPattern.cardioid()
+    )
+    turned = replace(
+        scene, emitter_gain=scene.listener_gain, listener_gain=scene.emitter_gain
+    )
+    many, one = [[1.5, 1.0, 1.2], [4.0, 3.5, 1.5], [1.0, 4.0, 2.0]], [4.5, 1.0, 1.2]
+    options = {
+        "sample_rate": 8000, "duration": 0.05, "rays": 500,
+        "effects": ["furniture", "patterns", "direct", "specular", "late", "modes"],
+    }  # fmt: skip
+    there = simulate(scene, many, one, **options).responses
+    back = simulate(turned, one, many, **options).responses
+    np.testing.assert_array_equal(there, np.swapaxes(back, 0, 1))
+    alone = simulate(scene, many[0], one, **options).responses
+    np.testing.assert_allclose(there[:1], alone, atol=1e-9 * np.abs(alone).max())
