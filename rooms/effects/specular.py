@@ -29,6 +29,11 @@ _ALIKE = 1e-3
 """Pressure factors that differ by less over all angles are one: 0.01 dB a bounce."""
 _MOST_IMAGES = 2e9
 """About twenty seconds of work for each pair."""
+_IMAGE_S = 1e-8  # of work on an image of a pair
+_HANDED_OVER = 3e7
+"""Most images where surfaces scatter: waves take over before there are more."""
+_LONG_S = 1.0
+"""Work on a pair of which a plan warns."""
 
 
 def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Need:
@@ -36,9 +41,34 @@ def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Need:
     errors = predicted_errors(scene, budget.duration, budget.sample_rate, anechoic)
     kept = 100 * float(1 - scene.absorption.min())
     why = f"walls return up to {kept:.0f} % of the energy"
-    reach = scene.speed_of_sound * budget.duration
-    images = 4 / 3 * np.pi * reach**3 / scene.geometry.volume
-    return judged(tolerance, errors, why, 3e-8 * min(images, 1e7))
+    images = _images_listed(scene, budget)
+    cost = _IMAGE_S * images
+    if cost > _LONG_S:
+        why += f", {images:.0e} images, some {cost:.0f} s of work a pair"
+    return judged(tolerance, errors, why, cost)
+
+
+def _images_listed(scene: Scene, budget: Budget) -> float:
+    """Return about how many mirror paths of a pair there are to be listed."""
+    images = _images_within(scene, budget.duration)
+    if not scene.geometry.lattice or np.any(scene.scattering):
+        return min(images, _HANDED_OVER)
+    silent = _silent_after(scene, np.sqrt(1 - scene.absorption))
+    images = _images_within(scene, min(budget.duration, silent))
+    if budget.max_order is None:
+        return images
+    return min(images, _images_to(budget.max_order))
+
+
+def _images_within(scene: Scene, until: float) -> float:
+    """Return how many images of a box are heard within a time [s]."""
+    reach = scene.speed_of_sound * until
+    return float(4 / 3 * np.pi * reach**3 / scene.geometry.volume)
+
+
+def _images_to(order: int) -> float:
+    """Return how many images of a box have up to so many reflections."""
+    return (2 * order + 1) * (2 * order**2 + 2 * order + 3) / 3
 
 
 def anechoic(scene: Scene) -> Scene:
@@ -101,9 +131,7 @@ def _silent_after(scene: Scene, reflection: FloatArray) -> float:
 
 def _check_bearable(scene: Scene, order: int, until: float) -> None:
     """Raise `SceneError` if a box has more images than anyone waits for."""
-    reach = scene.speed_of_sound * until
-    inside = 4 / 3 * np.pi * reach**3 / scene.geometry.volume
-    listed = (2 * order + 1) * (2 * order**2 + 2 * order + 3) / 3
+    inside, listed = _images_within(scene, until), _images_to(order)
     if min(inside, listed) > _MOST_IMAGES:
         raise SceneError(
             f"{scene.name} has {min(inside, listed):.1e} images in {until:g} s, more"

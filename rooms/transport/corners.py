@@ -14,7 +14,7 @@ from rir.arrays import FloatArray
 from rooms.transport.box import BoxTransport
 from rooms.transport.chains import LINKS, follow_chains, join_chains
 
-__all__ = ["Corner", "in_one_corner"]
+__all__ = ["BoxCorner", "in_one_corner"]
 
 _COPIES = 8
 """Chains of each hit: their chance moves the level in a corner by 0.02 dB."""
@@ -40,7 +40,7 @@ def in_one_corner(box: BoxTransport, one: FloatArray, other: FloatArray) -> bool
     return int(close.sum()) > 1 and bool(np.any(box.scattered[close]))
 
 
-class Corner:
+class BoxCorner:
     """What keeps close to a place, found when it is asked for.
 
     Parameters
@@ -99,7 +99,7 @@ class Corner:
             chain = self.box.close_exchange @ (given + chain)
         return np.stack([chain[..., 0].real, chain[..., 0].imag], axis=1)
 
-    def heard(self, other: "Corner", step: float, steps: int) -> FloatArray:
+    def heard(self, other: "BoxCorner", step: float, steps: int) -> FloatArray:
         """Return energy per second of chains that end at another place, over time."""
         box, out = self.box, np.zeros((steps, self.box.lanes))
         per_bin = 1 / (box.speed * step)

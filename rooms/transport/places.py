@@ -7,7 +7,7 @@ import numpy as np
 
 from rir.arrays import FloatArray
 from rooms.transport.box import BoxTransport
-from rooms.transport.corners import Corner, in_one_corner
+from rooms.transport.corners import BoxCorner, in_one_corner
 from rooms.transport.single import CLASSES, collect_hits, join_hits
 
 __all__ = ["BoxPlace", "find_places", "pair_energy"]
@@ -36,7 +36,7 @@ class BoxPlace:
         The same, ray by ray: see `rooms.transport.single.collect_hits`.
     kept : ndarray, shape (6, classes, lanes)
         What close mirrors leave of each class of hits.
-    corner : Corner
+    corner : BoxCorner
         What keeps close to it.
     """
 
@@ -46,7 +46,7 @@ class BoxPlace:
     close: Any
     hits: tuple[Any, ...]
     kept: FloatArray
-    corner: Corner
+    corner: BoxCorner
 
 
 def find_places(box: BoxTransport, positions: FloatArray) -> list[BoxPlace]:
@@ -77,7 +77,7 @@ def _make_places(box: BoxTransport, keys: list[bytes]) -> list[BoxPlace]:
             close,
             hits,
             kept,
-            Corner(box, position, nearest, hits, kept, close),
+            BoxCorner(box, position, nearest, hits, kept, close),
         )
         for (position, nearest, close, hits, kept), column in zip(
             parts, columns, strict=True

@@ -1,11 +1,13 @@
 """Scenes that break simulators: finite, or one clear error."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from rir import GainPattern, Pose, Poses
 from rir.errors import SceneError, SignalError
-from rooms import Scene, simulate
+from rooms import Scene, plan_effects, simulate
 from rooms.sound import Budget, Lattice, Sound
 from rooms.synthesis import render
 
@@ -173,3 +175,12 @@ def test_images_that_end_before_they_would_fade_keep_to_their_rows(order):
     whole = render(sound)[0]
     assert np.isfinite(early).all()
     assert np.sum(early**2) <= np.sum(whole**2)
+
+
+def test_plans_warn_of_boxes_that_hold_too_many_images():
+    budget: Any = {"sample_rate": 16000, "duration": 0.5}
+    tiny = plan_effects(Scene.shoebox((0.01, 0.01, 0.01), absorption=0.1), **budget)
+    plain = plan_effects(Scene.shoebox((6, 5, 3), absorption=0.1), **budget)
+    assert "s of work a pair" in tiny.verdicts["specular"].reason
+    assert tiny.verdicts["specular"].cost_s > 1
+    assert "s of work a pair" not in plain.verdicts["specular"].reason
