@@ -1,9 +1,11 @@
 """Compare boxes that scatter with energy rays that are traced here.
 
 Boxes of 2 to 40 m, absorption 0.02 to 0.9 and scattering 0 to 1, each wall its own;
-rays with Lambert walls are heard where they pass balls around the listeners. Means over
-pairs of T30, EDT, C80 and level from 0.7 to 5.6 kHz; a difference counts as what is
-beyond two standard errors. Then milliseconds per pair and per scene, and exchange.
+rays with Lambert walls are heard where they pass balls around the listeners, more of
+them the shorter the decay. Means over pairs of T30, EDT, C80 and level from 0.7 to 5.6
+kHz, of the energies of transport (e) and of waveforms, whose waves add chance; a
+difference counts as what is beyond two standard errors. Then milliseconds per pair and
+per scene, and exchange.
 
 Bar: T30 0.5 %, EDT 1 %, C80 0.1 dB, level 0.05 dB beyond two standard errors; 3 ms a
 pair with scattering, 0.5 s long, 1 emitter and 100 listeners; exchange changes no bit.
@@ -16,9 +18,17 @@ from numba import njit
 
 from harness import make_parser, write_results
 from rooms import Scene, simulate
-from rooms.transport import FINE, find_places, pair_energy, transport_of
+from rooms.transport import (
+    FINE,
+    find_places,
+    image_energy,
+    pair_energy,
+    transport_of,
+)
 
 RATE, C = 16000, 343.2
+LONGEST = 2.0  # s: no decay is followed longer
+BATCHES = 4  # of rays, which all listeners share: they tell what the rays stray by
 STEP = 0.001
 WALLS = ("x0", "x1", "y0", "y1", "floor", "ceiling")
 EFFECTS = ["direct", "specular", "scattering", "late"]
@@ -105,38 +115,89 @@ def draw_box(
     return size, rng.uniform(0.02, 0.9, 6), rng.uniform(0, 1, 6), rng
 
 
-def compare(seed: int, rays: int, listeners: int) -> tuple[np.ndarray, np.ndarray, str]:
-    """Return mean differences of one box, their standard errors, and its line."""
+def energies(
+    size: np.ndarray,
+    walls: tuple[np.ndarray, np.ndarray],
+    ends: tuple[np.ndarray, np.ndarray],
+    steps: int,
+) -> np.ndarray:
+    """Return what transport brings from an emitter to places per step, no waveforms."""
+    absorption, scattering = (wall[:, None] for wall in walls)
+    box = transport_of(size, absorption, scattering, C, steps * STEP, FINE)
+    kept = (1 - absorption) * (1 - scattering)
+    emitter, places = ends
+    (one,) = find_places(box, emitter[None])
+    out = np.zeros((len(places), steps))
+    for row, other in zip(out, find_places(box, places), strict=True):
+        pair, span = (emitter, other.position), (C, STEP, steps)
+        images, _ = image_energy(size, kept, pair, span, (0, np.zeros(steps)))
+        row += STEP * (images + pair_energy(box, one, other, STEP, steps))[:, 0]
+        apart = float(np.linalg.norm(other.position - emitter))
+        row[int(apart / C / STEP)] += 1 / apart**2
+    return out
+
+
+def differences(
+    ours: np.ndarray, theirs: np.ndarray, arrivals: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return mean differences over places, and standard errors of places and rays.
+
+    `theirs` holds batches of rays, shape (batches, places, steps).
+    """
+    here, there, *each = (
+        np.array([parameters(e, t) for e, t in zip(energy, arrivals, strict=True)])
+        for energy in (ours, theirs.mean(axis=0), *theirs)
+    )
+    scale = np.array([*(100 / np.nanmean(there[:, :2], axis=0)), 1, 1])
+    off = (here - there) * scale
+    known = np.maximum(np.isfinite(off).sum(axis=0), 1)
+    places = np.nanstd(off, axis=0) / np.sqrt(known)
+    with np.errstate(invalid="ignore"):
+        batches = [np.nanmean((one - there) * scale, axis=0) for one in each]
+    rays = np.nanstd(batches, axis=0, ddof=1) / np.sqrt(len(each))
+    return np.nanmean(off, axis=0), np.hypot(places, np.nan_to_num(rays))
+
+
+def shown(mean: np.ndarray, error: np.ndarray) -> str:
+    words = " ".join(f"{m:+6.2f} ±{e:5.2f}" for m, e in zip(mean, error, strict=True))
+    return words + ("  " if np.all(excess(mean, error) <= BARS) else " *")
+
+
+def excess(mean: np.ndarray, error: np.ndarray) -> np.ndarray:
+    """Return what is beyond two standard errors."""
+    return np.nan_to_num(np.maximum(np.abs(mean) - 2 * error, 0))
+
+
+def compare(seed: int, rays: int, listeners: int) -> np.ndarray:
+    """Return excesses of one box's energies and waveforms, (2, 4); print its line."""
     size, absorption, scattering, rng = draw_box(seed)
     absorbed, spread = (
         dict(zip(WALLS, x.tolist(), strict=True)) for x in (absorption, scattering)
     )
     scene = Scene.shoebox(size, absorption=absorbed, scattering=spread)
-    longest = float(np.clip(1.5 * scene.eyring_t60(air=False)[0], 0.15, 2.0))
-    steps = int(longest / STEP)
+    longest = float(np.clip(1.5 * scene.eyring_t60(air=False)[0], 0.15, LONGEST))
+    steps, count = int(longest / STEP), int(rays * LONGEST / longest)
     emitter = rng.uniform(0.2, 0.8, 3) * size
     places = rng.uniform(0.12, 0.88, (listeners, 3)) * size
     radius = min(0.25, 0.1 * size.min())
-    truth = ray_energy(
-        size, absorption, scattering, emitter, places, radius, steps, rays, rng
+    rays = count // BATCHES
+    ear = emitter, places, radius, steps, rays, rng
+    truth = np.stack(
+        [ray_energy(size, absorption, scattering, *ear) for _ in range(BATCHES)]
     )
     made = simulate(
         scene, emitter, places, sample_rate=RATE, duration=steps * STEP,
         effects=EFFECTS, seed=seed,
     )  # fmt: skip
+    ends = emitter, places
+    ours = energies(size, (absorption, scattering), ends, steps)
     heard = band_energy(made.responses[0], steps)
     arrivals = np.linalg.norm(places - emitter, axis=1) / C
-    ours, theirs = (
-        np.array([parameters(e, t) for e, t in zip(energy, arrivals, strict=True)])
-        for energy in (heard, truth)
-    )
-    scale = [*(100 / np.nanmean(theirs[:, :2], axis=0)), 1, 1]
-    off = (ours - theirs) * scale
-    mean, error = np.nanmean(off, axis=0), np.nanstd(off, axis=0) / np.sqrt(listeners)
-    shown = " ".join(f"{m:+6.2f} ±{e:5.2f}" for m, e in zip(mean, error, strict=True))
+    found = [differences(each, truth, arrivals) for each in (ours, heard)]
     lengths = " x ".join(f"{x:4.1f}" for x in size)
-    decay = f"T {np.nanmean(theirs[:, 0]):5.2f} s"
-    return mean, error, f"{seed:3d}  {lengths} m  {decay}  {shown}"
+    one, other = (shown(*each) for each in found)
+    print(f"{seed:3d}  {lengths} m  {longest:4.2f} s  e {one}  {other}", flush=True)
+    return np.array([excess(*each) for each in found])
 
 
 def time_pairs(listeners: int) -> tuple[float, float]:
@@ -168,23 +229,25 @@ def main() -> None:
     parser = make_parser(__doc__, "box_transport")
     parser.add_argument("--first", type=int, default=500, help="seed of the first box")
     args = parser.parse_args()
-    boxes, rays, listeners = (3, 20_000, 8) if args.quick else (30, 120_000, 24)
+    boxes, rays, listeners = (3, 20_000, 8) if args.quick else (30, 300_000, 24)
     print("seed  box  T30 [%]  EDT [%]  C80 [dB]  level [dB], means ± standard errors")
-    beyond = np.zeros(4)
-    for seed in range(args.first, args.first + boxes):
-        mean, error, line = compare(seed, rays, listeners)
-        excess = np.maximum(np.abs(mean) - 2 * error, 0)
-        beyond = np.fmax(beyond, excess)
-        print(line, "" if np.all(np.nan_to_num(excess) <= BARS) else " *", flush=True)
+    seeds = range(args.first, args.first + boxes)
+    found = np.array([compare(seed, rays, listeners) for seed in seeds])
+    within = (found <= BARS).sum(axis=0)
+    beyond = found.max(axis=0)
     swap = max(exchange_error(args.first + k) for k in range(3))
     first, each = time_pairs(20 if args.quick else 100)
-    figure = (
-        f"beyond two standard errors {beyond[0]:.2f} %, {beyond[1]:.2f} %,"
-        f" {beyond[2]:.2f} dB, {beyond[3]:.3f} dB; {each:.1f} ms a pair,"
-        f" {first:.2f} s a scene; exchange {swap:g}"
-    )
-    print(figure)
-    write_results(args.out, {"beyond": beyond.tolist(), "ms": each, "swap": swap})
+    for name, most, count in zip(
+        ("energies", "waveforms"), beyond, within, strict=True
+    ):
+        print(
+            f"{name}: beyond two standard errors {most[0]:.2f} %, {most[1]:.2f} %,"
+            f" {most[2]:.2f} dB, {most[3]:.3f} dB; within the bar of {boxes}: T30"
+            f" {count[0]}, EDT {count[1]}, C80 {count[2]}, level {count[3]}"
+        )
+    print(f"{each:.1f} ms a pair, {first:.2f} s a scene; exchange {swap:g}")
+    results = {"beyond": beyond.tolist(), "within": within.tolist()}
+    write_results(args.out, results | {"ms": each, "swap": swap})
 
 
 if __name__ == "__main__":

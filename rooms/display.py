@@ -82,8 +82,11 @@ def error_lines(result: "Simulation") -> list[str]:
         for cause, errors in result.error_parts.items()
         if any(errors.values())
     ]
-    head = "standard error (worst octave), all causes together"
-    return [*unheard, f"{head}: {_error_words(result.errors)}", *causes]
+    head = "standard error of a pair (worst octave), all causes together"
+    whole = f"{head}: {_error_words(result.errors)}"
+    mean = f"that of the mean of all pairs: {_error_words(result.mean_errors)}"
+    several = [mean] if result.responses[..., 0].size > 1 else []
+    return [*unheard, whole, *causes, *several]
 
 
 def _error_words(errors: dict[str, float]) -> str:

@@ -16,7 +16,7 @@ from rooms.plan import EffectPlan, plan_effects
 from rooms.request import check_effort, check_kind, make_budget, make_seed
 from rooms.scene import Scene
 from rooms.sound import Budget, Company, Sound
-from rooms.stated_errors import stated_errors, together
+from rooms.stated_errors import stated_errors, together, waves_error
 
 __all__ = ["Simulation", "simulate"]
 
@@ -41,6 +41,8 @@ class Simulation:
         What was simulated.
     budget : Budget, optional
         Length, order, rays.
+    places : tuple of Poses, optional
+        Emitters and listeners.
     """
 
     responses: FloatArray
@@ -50,6 +52,7 @@ class Simulation:
     rays: int | None = None
     scene: Scene | None = None
     budget: Budget | None = None
+    places: tuple[Poses, Poses] | None = None
 
     @cached_property
     def error_parts(self) -> dict[str, dict[str, float]]:
@@ -70,6 +73,20 @@ class Simulation:
         the octave where each is worst.
         """
         return together(self.error_parts.values())
+
+    @cached_property
+    def mean_errors(self) -> dict[str, float]:
+        """Standard errors of the mean over all pairs, all causes together.
+
+        Late sound is drawn once for a room: pairs that are close to each other, for
+        the wavelength, stray alike, and others on their own.
+        """
+        if self.scene is None or self.budget is None or self.places is None:
+            return self.errors
+        ends = self.places[0].positions, self.places[1].positions
+        staged = self.plan.stage(self.scene)
+        waves = waves_error(staged, self.plan, self.budget, ends)
+        return together({**self.error_parts, "waves": waves}.values())
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> FloatArray:
         return np.array(self.responses, dtype=dtype, copy=copy)
@@ -180,7 +197,7 @@ def simulate(
         budget = target.pursue(budget, run)
     rays = budget.rays or plan.work.rays
     made = run.responses, sample_rate, plan, run.errors
-    return Simulation(*made, rays, scene, budget)
+    return Simulation(*made, rays, scene, budget, places)
 
 
 class _Run:

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from rir.arrays import FloatArray
 from rooms.effects import Tolerance
 from rooms.effects.handover import missing_energy
 from rooms.geometry import Shoebox
@@ -13,9 +14,10 @@ from rooms.plan import EffectPlan, plan_effects
 from rooms.predict import differences, equivalent_box, predict_parameters
 from rooms.scene import Scene
 from rooms.sound import Budget
+from rooms.wave_chance import independent_pairs, waves_errors
 from rooms.work import images_error, mixed_error
 
-__all__ = ["ERROR_KINDS", "stated_errors", "together"]
+__all__ = ["ERROR_KINDS", "stated_errors", "together", "waves_error"]
 
 ERROR_KINDS: tuple[str, ...] = (
     "level_db",
@@ -79,12 +81,12 @@ def stated_errors(
     Returns
     -------
     dict
-        "sampling": rays; "order": reflections that are listed no longer, or traced no
-        longer for each pair, or lost;
-        "length": what comes after the end of the response; "left off": effects that
-        are off, as predicted by the planner; "wall data": absorption and scattering,
-        whose own errors are guessed from those of laboratories; "volume": that of an
-        open mesh. Each maps kinds ("level_db", "clarity_db",
+        "sampling": rays; "waves": the draw of late sound, at a single pair; "order":
+        reflections that are listed no longer, or traced no longer for each pair, or
+        lost; "length": what comes after the end of the response; "left off": effects
+        that are off, as predicted by the planner; "wall data": absorption and
+        scattering, whose own errors are guessed from those of laboratories; "volume":
+        that of an open mesh. Each maps kinds ("level_db", "clarity_db",
         "reverberation_percent", "early_decay_percent") to the worst octave.
 
     References
@@ -96,12 +98,43 @@ def stated_errors(
     scene = plan.stage(scene)
     return {
         "sampling": together([sampling]),
+        "waves": waves_error(made, plan, budget),
         "order": together([_order(made, plan, budget)]),
         "length": together([_length(expected, budget)]),
         "left off": together(_left_off(scene, plan, budget)),
         "wall data": together(_wall_data(expected, budget)),
         "volume": together(_volume(made, expected, budget)),
     }
+
+
+def waves_error(
+    made: Scene,
+    plan: EffectPlan,
+    budget: Budget,
+    places: tuple[FloatArray, FloatArray] | None = None,
+) -> dict[str, float]:
+    """Return what parameters stray by because waves are drawn, the worst octave.
+
+    Parameters
+    ----------
+    made : Scene
+        What was simulated, as the plan stages it.
+    plan : EffectPlan
+        Effects that were on.
+    budget : Budget
+        Length, order and rays.
+    places : tuple of ndarray, shape (n, 3), optional
+        Emitters and listeners [m]: the error of the mean of all their pairs. That of a
+        single pair when left out.
+    """
+    errors = waves_errors(made, plan, budget)
+    if places is not None:
+        errors = errors / np.sqrt(
+            independent_pairs(*places, made.speed_of_sound / made.bands)
+        )
+    heard = _heard(made, budget)
+    worst = np.max(np.nan_to_num(errors[:, heard]), axis=1, initial=0.0)
+    return together([dict(zip(ERROR_KINDS, worst.tolist(), strict=True))])
 
 
 def _heard(scene: Scene, budget: Budget) -> NDArray[np.bool_]:

@@ -78,6 +78,7 @@ def _story(result: Simulation) -> dict[str, Any]:
         "plan": _plan(result),
         "errors": result.errors,
         "error_parts": result.error_parts,
+        "mean_errors": result.mean_errors,
         "rays": result.rays,
         "late_model": LATE_MODEL,
     }

@@ -31,6 +31,7 @@ __all__ = [
     "flow_of",
     "handover_time",
     "missing_energy",
+    "waves_share",
 ]
 
 STEP = 0.001
@@ -108,7 +109,7 @@ def fading_before(scene: Scene, sound: Sound) -> float:
     return min(_FADING, until / 2) if until < sound.budget.duration else 0.0
 
 
-def _waves_share(scene: Scene, sound: Sound, times: FloatArray) -> FloatArray:
+def waves_share(scene: Scene, sound: Sound, times: FloatArray) -> FloatArray:
     """Return the share of the images' energy that waves carry at some times."""
     until, fading = handover_time(scene, sound), fading_before(scene, sound)
     left = np.clip((until - times) / max(fading, 1e-9), 0, 1)
@@ -169,7 +170,7 @@ def _mirrored_energy(scene: Scene, sound: Sound, flow: EnergyFlow) -> FloatArray
     mean = flow.beyond
     share = np.zeros(len(flow.times))
     if sound.lattice is not None:
-        share = _waves_share(scene, sound, flow.times)
+        share = waves_share(scene, sound, flow.times)
         mean = mean + share[:, None] * flow.images
     if not np.any(mean):
         return mean[None]

@@ -9,8 +9,10 @@ import pytest
 from rir import Dataset
 from rooms import Scene, plan_effects, simulate
 from rooms.display import error_lines
+from rooms.effort import decay_parameters
 from rooms.predict import differences, predict_parameters
 from rooms.stated_errors import ERROR_KINDS, together
+from rooms.wave_chance import independent_pairs, waves_errors
 from rooms.writing import write_simulation
 
 RUN = {"sample_rate": 4000, "duration": 0.3}
@@ -83,3 +85,48 @@ def test_errors_are_stored_with_what_they_are_errors_of(tmp_path: Path):
     assert story["error_parts"]["wall data"] == made.error_parts["wall data"]
     path = write_simulation(made, box(), *ENDS, tmp_path / "made.h5")
     assert Dataset.open(path).sessions[0]["errors"] == pytest.approx(made.errors)
+
+
+def test_the_chance_of_waves_is_what_seeds_differ_by():
+    """Level, C50 and T of octaves at places of a box, over seeds of its waves."""
+    scene, places = box(0.25, 0.5), [[4.1, 1.3, 1.7], [2.5, 4.2, 0.9], [5.1, 3.3, 2.2]]
+    run = {"sample_rate": 4000, "duration": 0.4}
+    effects = ["direct", "specular", "scattering", "late"]
+    found, octaves = [], (250, 500, 1000)
+    seeds = [
+        simulate(scene, ENDS[0], places, effects=effects, seed=seed, **run)
+        for seed in range(16)
+    ]
+    for made in seeds:
+        heard = [octave_energies(made.responses[0], each) for each in octaves]
+        found.append(decay_parameters(np.stack(heard, axis=1), 0.001, 0.01))
+    found = np.array(found)
+    spread = np.sqrt(np.mean(found.var(axis=0, ddof=1), axis=1))
+    spread[2:] *= 100 / found[:, 2:].mean(axis=(0, 2))
+    made = seeds[0]
+    assert made.budget is not None
+    stated = waves_errors(scene, made.plan, made.budget)[:, 1:4]
+    # 48 places and seeds tell a spread to a tenth, and octaves are not sharp
+    np.testing.assert_allclose(
+        spread[:3].mean(axis=1), stated[:3].mean(axis=1), rtol=0.3
+    )
+    assert made.errors["clarity_db"] >= made.error_parts["waves"]["clarity_db"]
+    assert made.mean_errors["clarity_db"] < made.errors["clarity_db"]
+
+
+def octave_energies(responses, center):
+    """Return energies of an octave per millisecond, at 4 kHz."""
+    from scipy.signal import butter, sosfiltfilt
+
+    edges = center / 2**0.5, center * 2**0.5
+    band = butter(3, edges, "band", fs=4000, output="sos")
+    return (sosfiltfilt(band, responses) ** 2).reshape(len(responses), -1, 4).sum(-1)
+
+
+def test_near_places_stray_alike_and_far_ones_on_their_own():
+    grid = np.stack(np.meshgrid(*[np.arange(4.0)] * 3), axis=-1).reshape(-1, 3)
+    near, far = np.array([30.0]), np.array([0.2])
+    assert independent_pairs(grid[:1], grid, far)[0] == pytest.approx(64, rel=0.1)
+    assert independent_pairs(grid[:1], grid, near)[0] < 1.5
+    one, other = (independent_pairs(grid[:n], grid, far)[0] for n in (1, 8))
+    assert other == pytest.approx(8 * one, rel=0.1)
