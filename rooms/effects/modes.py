@@ -25,7 +25,7 @@ _HIGHEST, _LOWEST = 350.0, 60.0
 """Crossovers [Hz]: work grows with the fourth power of the highest; at the lowest, half
 an octave of cross-over ends below the lowest octave, and nothing counted changes."""
 
-_CELLS = 70_000
+_CELLS = 40_000
 """Bounds the work of an emitter, which grows with the power 4/3 of the cells."""
 
 _PER_DB = {
@@ -74,8 +74,7 @@ def _edges(scene: Scene) -> FloatArray:
 
 def crossover_of(scene: Scene, budget: Budget) -> float:
     """Return the crossover [Hz]: the Schroeder frequency, within what a grid bears."""
-    per_wave = Work.cells_per_wave * 2 ** (_WIDTH / 2)
-    bearable = (scene.speed_of_sound / per_wave) * (
+    bearable = (scene.speed_of_sound / Work.cells_per_wave) * (
         _CELLS / max(scene.geometry.volume, 1e-6)
     ) ** (1 / 3)
     limits = schroeder_frequency(scene), _HIGHEST, bearable, budget.sample_rate / 5
@@ -127,7 +126,10 @@ def _joined(
         keep = rest * _below(f, top)
         rest = rest - keep
         used = (keep > 1e-9) & (f > 0)
-        spectrum[:, used] += _low(scene, sound, f[used], octave) * keep[used]
+        # where paths take over, they stray by more than cells at the end of the skirt
+        highest = top if top == crossover else top * 2 ** (_WIDTH / 2)
+        span = float(f[used][0]), highest
+        spectrum[:, used] += _low(scene, sound, f[used], octave, span) * keep[used]
     return np.fft.irfft(spectrum, length, axis=-1)[:, : budget.n_samples]
 
 
@@ -155,7 +157,11 @@ def _octaves(scene: Scene, crossover: float) -> list[tuple[int, float]]:
 
 
 def _low(
-    scene: Scene, sound: Sound, frequencies: FloatArray, octave: int
+    scene: Scene,
+    sound: Sound,
+    frequencies: FloatArray,
+    octave: int,
+    span: tuple[float, float],
 ) -> NDArray[np.complex128]:
     """Return transfer functions from the grid, gain patterns of first order applied."""
     from scipy.signal import butter
@@ -163,8 +169,7 @@ def _low(
     from rooms.multipoles import Moments, transfer
 
     fineness = sound.budget.work.cells_per_wave
-    lowest, highest = float(frequencies[0]), float(frequencies[-1])
-    grid = _grid(scene, highest, fineness, octave, lowest)
+    grid = _grid(scene, fineness, octave, span)
     omni = GainPattern.omni()
     emitting, listening = sound.patterns or (omni, omni)
     turns = sound.emitter.orientation[None], sound.listeners.orientations
@@ -180,11 +185,12 @@ def _low(
 
 @lru_cache(maxsize=8)
 def _grid(
-    scene: Scene, highest: float, fineness: float, octave: int, lowest: float
+    scene: Scene, fineness: float, octave: int, span: tuple[float, float]
 ) -> "WaveGrid":
     """Return a grid, set up once for all emitters."""
     from rooms.wave_grid import WaveGrid
 
+    lowest, highest = span
     return WaveGrid(scene, highest, fineness, octave, lowest)
 
 
