@@ -127,11 +127,11 @@ def energies(
     kept = (1 - absorption) * (1 - scattering)
     emitter, places = ends
     (one,) = find_places(box, emitter[None])
-    out = np.zeros((len(places), steps))
+    span = C, STEP, steps
+    out, _ = image_energy(size, kept, ends, span, (0, np.zeros(steps)))
+    out = STEP * out[..., 0]
     for row, other in zip(out, find_places(box, places), strict=True):
-        pair, span = (emitter, other.position), (C, STEP, steps)
-        images, _ = image_energy(size, kept, pair, span, (0, np.zeros(steps)))
-        row += STEP * (images + pair_energy(box, one, other, STEP, steps))[:, 0]
+        row += STEP * pair_energy(box, one, other, STEP, steps)[:, 0]
         apart = float(np.linalg.norm(other.position - emitter))
         row[int(apart / C / STEP)] += 1 / apart**2
     return out
