@@ -174,6 +174,7 @@ def _carry_out(
 ) -> None:
     """Explain, measure the cost, or simulate, show and write."""
     from rooms.display import (
+        coincident_line,
         describe_scene,
         error_lines,
         parameter_table,
@@ -196,10 +197,14 @@ def _carry_out(
         asked = plan.tolerance.clarity_db
         _show_cost(console, scene, places, options, asked, out)
         return
+    if against is not None:
+        from rooms.comparison import check_comparable
+
+        check_comparable(against[0], _called(against[1], places), scene.bands)
     with progress_shown(console) as tell:
         result = simulate(scene, *places, **options, **effort, plan=plan, tell=tell)
     console.out(f"effects: {', '.join(plan.on)}")
-    for line in error_lines(result):
+    for line in filter(None, [coincident_line(*places), *error_lines(result)]):
         console.out(line)
     shape = "emitters x listeners x samples"
     console.out(f"{result.responses.shape} responses ({shape}), SIMULATED")
@@ -224,10 +229,7 @@ def _comparison(
     from rooms.comparison import compare_parameters, deviation_table
     from rooms.display import parameters_of
 
-    sources, receivers = (
-        known or [f"{letter}{k + 1}" for k in range(len(some))]
-        for known, letter, some in zip(names, "SR", places, strict=True)
-    )
+    sources, receivers = _called(names, places)
     found = parameters_of(result, scene, *places)
     rows = compare_parameters(measured, found, (sources, receivers), scene.bands)
     table = deviation_table(rows, measured.bands)
@@ -240,6 +242,15 @@ def _comparison(
     elif not rows:
         table.caption = "nothing to compare: the response is too short or too coarse"
     return table
+
+
+def _called(names: list[list[str]], places: tuple[Any, Any]) -> tuple[Any, Any]:
+    """Return the names of sources and receivers: S1, R1 and so on where none are."""
+    sources, receivers = (
+        known or [f"{letter}{k + 1}" for k in range(len(some))]
+        for known, letter, some in zip(names, "SR", places, strict=True)
+    )
+    return sources, receivers
 
 
 def _stated(

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rir.arrays import FloatArray
 from rir.errors import ConfigError
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Deviation",
     "Measured",
+    "check_comparable",
     "compare_parameters",
     "deviation_table",
     "read_measured",
@@ -41,6 +43,8 @@ _FROM_SI = {"TS": 1e3, "D50": 100.0}
 """What turns values of `rooms.parameters` into the unit shown, where it is another."""
 
 _NEVER_NEGATIVE = ("EDT", "T20", "T30", "TS", "D50")
+
+_OFF = 0.1  # octaves: centres are rounded, as 125 and 63 Hz are
 
 _COLUMNS = ("source", "receiver", "parameter", "unit")
 _MEASURED = ("", "measured", "measurement")
@@ -125,6 +129,11 @@ def read_measured(path: str | Path) -> Measured:
         for number, line in enumerate(lines, start=2):
             if any(cell.strip() for cell in line):
                 _read_row(f"{path.name}, line {number}", line, lower, octaves, tables)
+    if not tables:
+        raise ConfigError(
+            f"{path.name} ends after its first line; below it stands a line for each"
+            " pair and parameter, as S1,R1,T30,s,0.81,0.75,…"
+        )
     measured = tables.pop("", {})
     if not measured:
         raise ConfigError(f"{path.name} holds no measured values, only entries")
@@ -202,35 +211,57 @@ def compare_parameters(
     Raises
     ------
     ConfigError
-        If no measured pair or octave was simulated.
+        If no measured pair or octave was simulated, or a column is no octave.
     """
+    check_comparable(measured, names, bands)
     sources, receivers = ([name.lower() for name in some] for some in names)
-    octave = [int(np.argmin(np.abs(np.log(bands / f)))) for f in measured.bands]
-    fits = np.abs(np.log2(np.asarray(bands)[octave] / measured.bands)) < 0.1
+    octave, fits = _nearest(measured.bands, bands), _simulated(measured.bands, bands)
     ours: Values = {}
     for key in measured.values:
         source, receiver, parameter = key
         if source in sources and receiver in receivers:
             row = found[parameter][sources.index(source), receivers.index(receiver)]
             ours[key] = np.where(fits, row[octave], np.nan) * _FROM_SI.get(parameter, 1)
-    if not np.any(fits):
-        stated = ", ".join(f"{f:g}" for f in measured.bands)
-        known = ", ".join(f"{f:g}" for f in bands)
-        raise ConfigError(
-            f"no measured octave was simulated: the file has {stated} Hz, octaves are"
-            f" {known} Hz"
-        )
-    if not ours:
-        pairs = sorted({f"{s} to {r}" for s, r, _ in measured.values})
-        raise ConfigError(
-            f"no measured pair was simulated: the file has {', '.join(pairs[:4])}…;"
-            f" sources are {', '.join(names[0])}, receivers {', '.join(names[1])}"
-        )
     return [
         row
         for parameter in _UNITS
         if (row := _deviation(parameter, measured, ours)) is not None
     ]
+
+
+def check_comparable(
+    measured: Measured,
+    names: tuple[Sequence[str], Sequence[str]],
+    bands: FloatArray,
+) -> None:
+    """Raise `ConfigError` if no measured pair or octave is simulated."""
+    numbers = np.log2(measured.bands / 1000.0)
+    strange = np.abs(numbers - np.rint(numbers)) >= _OFF
+    if np.any(strange) or not np.any(_simulated(measured.bands, bands)):
+        stated = ", ".join(f"{f:g}" for f in measured.bands[strange | ~np.any(strange)])
+        known = ", ".join(f"{f:g}" for f in bands)
+        why = "are no octaves" if np.any(strange) else "are not simulated"
+        raise ConfigError(
+            f"measured columns of {stated} Hz {why}; octaves simulated are {known} Hz"
+        )
+    sources, receivers = ({name.lower() for name in some} for some in names)
+    if not any(s in sources and r in receivers for s, r, _ in measured.values):
+        pairs = sorted({f"{s} to {r}" for s, r, _ in measured.values})
+        raise ConfigError(
+            f"no measured pair is simulated: the file has {', '.join(pairs[:4])}…;"
+            f" sources are {', '.join(names[0])}, receivers {', '.join(names[1])}"
+        )
+
+
+def _nearest(measured: FloatArray, bands: FloatArray) -> list[int]:
+    """Return the octave nearest to each of some frequencies."""
+    return [int(np.argmin(np.abs(np.log(bands / f)))) for f in measured]
+
+
+def _simulated(measured: FloatArray, bands: FloatArray) -> NDArray[np.bool_]:
+    """Tell which frequencies are those of octaves that were simulated."""
+    near = np.asarray(bands)[_nearest(measured, bands)]
+    return np.abs(np.log2(near / measured)) < _OFF
 
 
 def _deviation(parameter: str, measured: Measured, ours: Values) -> Deviation | None:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from rooms.simulation import Simulation
 
 __all__ = [
+    "coincident_line",
     "cost_table",
     "describe_scene",
     "error_lines",
@@ -87,6 +88,26 @@ def error_lines(result: "Simulation") -> list[str]:
     mean = f"that of the mean of all pairs: {_error_words(result.mean_errors)}"
     several = [mean] if result.responses[..., 0].size > 1 else []
     return [*unheard, whole, *causes, *several]
+
+
+def coincident_line(emitters: Poses, listeners: Poses) -> str:
+    """Return what to say of ends closer than a transducer is large, empty if none.
+
+    Examples
+    --------
+    >>> coincident_line(Poses.of([1, 1, 1]), Poses.of([[1, 1, 1], [2, 1, 1]]))
+    'emitter and listener coincide at 1 of 2 pairs: their direct sound is that of 10 mm'
+    """
+    from rooms.effects.direct import NEAREST
+
+    way = emitters.positions[:, None] - listeners.positions[None]
+    close = np.linalg.norm(way, axis=-1) < NEAREST
+    if not np.any(close):
+        return ""
+    return (
+        f"emitter and listener coincide at {close.sum()} of {close.size} pairs: their"
+        f" direct sound is that of {1000 * NEAREST:g} mm"
+    )
 
 
 def _error_words(errors: dict[str, float]) -> str:
