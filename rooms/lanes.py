@@ -7,13 +7,13 @@ import numpy as np
 from rir.arrays import FloatArray, IntArray
 from rir.bands import join_bands
 
-__all__ = ["FULL", "Lanes"]
+__all__ = ["FULL", "BandLanes"]
 
 FULL = 8
 """Lanes of a banded grid; see `rooms.kernels.deposit.LANES`."""
 
 
-class Lanes:
+class BandLanes:
     """Which bands are one, and how wide a grid of them is.
 
     Parameters
@@ -28,7 +28,7 @@ class Lanes:
     Examples
     --------
     >>> walls = np.array([[0.2, 0.2, 0.4], [0.1, 0.1, 0.1]])
-    >>> lanes = Lanes([walls], (250.0, 500.0, 1000.0))
+    >>> lanes = BandLanes([walls], (250.0, 500.0, 1000.0))
     >>> lanes.of_band, lanes.centers
     ((0, 0, 1), (500.0, 1000.0))
     """

@@ -9,7 +9,7 @@ from rir import GainPattern
 from rir.arrays import FloatArray, IntArray
 from rir.pose import rotate
 from rooms.box_images import walls_met
-from rooms.lanes import Lanes
+from rooms.lanes import BandLanes
 from rooms.sound import Arrivals, Lattice, Sound
 
 __all__ = ["render"]
@@ -56,7 +56,7 @@ def _tells_apart(sound: Sound) -> Iterator[FloatArray]:
         yield sound.waves.amplitude
 
 
-def _axis(lattice: Lattice, axis: int, reach: float, lanes: Lanes) -> Any:
+def _axis(lattice: Lattice, axis: int, reach: float, lanes: BandLanes) -> Any:
     """Return image numbers, gains and reflection counts along one axis."""
     length = float(lattice.size[axis])
     count = min(int(reach / length) + 2, lattice.max_order)
@@ -82,7 +82,7 @@ class _Renderer:
         self.sound = sound
         centers = tuple(map(float, scene.bands))
         angled = sound.lattice is not None and sound.lattice.by_angle is not None
-        self.lanes = Lanes(_tells_apart(sound), centers, padded=angled)
+        self.lanes = BandLanes(_tells_apart(sound), centers, padded=angled)
         self.scale = budget.sample_rate / scene.speed_of_sound
         self.rows = 0
         self.fading = np.zeros(0)
