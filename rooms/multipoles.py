@@ -16,7 +16,7 @@ from rir.arrays import ComplexArray, FloatArray, IntArray
 from rir.pose import rotate
 from rooms.wave_grid import WaveGrid
 
-__all__ = ["Moments", "transfer"]
+__all__ = ["Moments", "ending", "transfer"]
 
 _BLOCK = 256
 """Listeners heard in one march with all their gradients."""
@@ -142,7 +142,7 @@ def _heard(
     low = grid.march(source[0][0], source[1][0], *ears, duration)
     if faded is not None:
         low = np.asarray(sosfilt(faded, low, axis=-1))
-    low *= _ending(low.shape[1])
+    low *= ending(low.shape[1])
     frequencies = wave * grid.scene.speed_of_sound / (2 * np.pi)
     turn = grid.turns(frequencies)
     spectra = _spectra(low, turn).reshape(len(axes), len(points), len(wave))
@@ -171,6 +171,7 @@ def _spectra(signals: FloatArray, turn: FloatArray) -> ComplexArray:
     return np.einsum("nbt,bt->nt", sums.reshape(-1, blocks, len(turn)), between)
 
 
-def _ending(count: int) -> FloatArray:
+def ending(count: int) -> FloatArray:
+    """Return the factors that fade the last tenth of so many samples out."""
     left = np.arange(count, 0, -1) / max(1, count // 10)
     return np.sin(np.pi / 2 * np.minimum(left, 1)) ** 2

@@ -16,11 +16,17 @@ from rooms.geometry import Shoebox
 from rooms.scene import Scene
 
 __all__ = [
+    "ODD_SHAPE",
     "Parameters",
     "differences",
     "predict_parameters",
     "predicted_errors",
+    "scattered_share",
 ]
+
+ODD_SHAPE = 100.0
+"""Percent of T60 per root of the scattered share in rooms that are not boxes: what
+mirrors keep between hard walls of coupled rooms lasts longest of all."""
 
 _STEPS = 200  # 800 move levels by 0.11 dB, C50 by 0.03 dB and T60 by 0.3 %
 
@@ -57,6 +63,23 @@ def equivalent_box(scene: Scene) -> Scene:
     kept = (1 - geometry.open_share) * (1 - shares["absorption"])
     shares["absorption"] = 1 - kept
     return replace(scene, geometry=Shoebox(size), walls={}, seats=(), **shares)
+
+
+def scattered_share(scene: Scene, duration: float) -> float:
+    """Return the share of scattered energy 20 dB down the decay, worst octave.
+
+    Parameters
+    ----------
+    scene : Scene
+        Any scene; shapes other than boxes are taken as `equivalent_box`.
+    duration : float
+        Length of the response [s], which the decay does not outlast.
+    """
+    box = equivalent_box(scene)
+    longest = min(float(scene.eyring_t60().max()) / 3, duration)
+    flow = energy_flow(box, np.array([longest]), scattering=box.scattering)
+    total = flow.images + flow.scattered
+    return float(np.max(flow.scattered / np.maximum(total, 1e-300)))
 
 
 @lru_cache(maxsize=64)

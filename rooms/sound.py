@@ -43,6 +43,9 @@ class Work:
     of the room."""
     cells_per_wave: float = 7.0
     """Cells of the wave grid per wavelength at its highest frequency."""
+    grid_until: float = float("inf")
+    """Latest time that the wave grid is marched to [s]: all later sound is that of rays
+    in the low octaves too."""
     moments: int = 8
     """Powers that place a pulse between two samples: 8 are exact to -100 dB, 4 to
     -40 dB (`rooms.kernels.pulses`)."""

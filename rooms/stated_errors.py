@@ -10,12 +10,13 @@ from rir.arrays import FloatArray
 from rooms.effects import Tolerance
 from rooms.effects.handover import missing_energy
 from rooms.geometry import Shoebox
+from rooms.mean_decay import images_error
 from rooms.plan import EffectPlan, plan_effects
 from rooms.predict import differences, equivalent_box, predict_parameters
 from rooms.scene import Scene
 from rooms.sound import Budget
 from rooms.wave_chance import independent_pairs, waves_errors
-from rooms.work import images_error, mixed_error
+from rooms.work import mixed_error
 
 __all__ = ["ERROR_KINDS", "stated_errors", "together", "waves_error"]
 

@@ -141,7 +141,8 @@ class _Renderer:
             )
         )
         turns = np.stack([_turn(q) for q in self.sound.listeners.orientations])
-        side = self.sound.budget.work.directions
+        # only images look gains up
+        side = self.sound.budget.work.directions if self.sound.lattice else 0
         tables = (_gain_table(rows, side) for rows in (emitting, listening))
         turn = _turn(self.sound.emitter.orientation)
         return True, turn, emitting, turns, listening, *tables

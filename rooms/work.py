@@ -1,6 +1,6 @@
 """How finely to compute what a plan needs: no finer than its tolerance asks for."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -9,7 +9,6 @@ from rir import Poses
 from rir.arrays import FloatArray
 from rir.errors import SceneError
 from rooms.effects import EFFECTS, Tolerance
-from rooms.effects.scattering import scattered_share
 from rooms.effects.traced import pool_of, with_tail
 from rooms.effort import (
     decay_parameters,
@@ -17,20 +16,17 @@ from rooms.effort import (
     sampling_errors,
     spread_errors,
 )
-from rooms.energy_flow import energy_flow
+from rooms.mean_decay import grid_until, images_until
 from rooms.places import random_places
+from rooms.predict import scattered_share
 from rooms.scene import Scene
 from rooms.sound import Budget, Sound, Work
 
-__all__ = ["choose_work", "images_error", "mixed_error"]
+__all__ = ["choose_work", "mixed_error"]
 
 _RAYS_SHARE = 0.2
 """What part of the tolerance the rays' chance may take, as a standard error: the worst
 octave of a few pairs strays by five of them (benchmarks/planner_honesty)."""
-
-_IMAGES_SHARE = 0.05
-"""What part of the tolerance waves in place of images may take. Their error is that of
-the mean of a room; where two hard walls keep sound, single places stray further."""
 
 _PILOT_RAYS, _PILOT_PLACES = 1000, 4
 """Rays and places of a trial trace: its own standard error is known to a third."""
@@ -38,6 +34,14 @@ _PILOT_RAYS, _PILOT_PLACES = 1000, 4
 _FEWEST_RAYS, _MOST_RAYS = 500, 20_000
 """Fewer than this and decays are biased where energies are clipped at zero; the most
 are those of `rooms.effects.traced`."""
+
+_CHANCE = 0.5
+"""What part of the tolerance the chance of the most rays may take, as a standard error,
+before two plans agree only if they trace the same rays."""
+
+_DECAY_TOLD = 1 / 3
+"""Share of the decay time after 20 dB: sound that is mixed before has told half of the
+30 dB that T30 looks at."""
 
 _COARSE_CELLS, _COARSE_MOMENTS = 6.0, 4
 """What is coarse: waves 2 % slower along axes than across them at the end of the grid,
@@ -56,19 +60,11 @@ _COARSE_DB = 0.4
 """Coarse steps are taken from this tolerance of level and clarity on [dB]: four times
 what they move."""
 
-_UNEVEN = 0.6
-"""How far the images' energy at single places strays from the mean of the room."""
-
 _MIXED_SHARE = 0.2
 """What part of the tolerance a common tail may take, as a standard error of places."""
 
 _MIXED = (0.032, 0.048, 0.064, 0.1, 0.152, 0.2)
 """Times from which sound may count as mixed [s]: whole steps of a trace."""
-
-_STEPS = 100  # 200 move no end that is chosen
-
-_CANDIDATES = np.array([0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9])
-"""Ends of single images as shares of a response."""
 
 
 def choose_work(
@@ -95,49 +91,53 @@ def choose_work(
     )
     until = np.inf
     if boxed and "specular" in on:
-        until = _images_until(scene, budget, tolerance)
-    mixed = np.inf
+        until = images_until(scene, budget, tolerance)
+    mixed, rays = np.inf, None
     if not boxed and "late" in on and budget.rays is None:
-        mixed = _traced_until(scene, budget, tolerance, tuple(on))
+        mixed, rays = _traced(scene, budget, tolerance, tuple(on))
     return Work(
-        rays=None if boxed else _rays(scene, budget, tolerance, tuple(on), mixed),
+        rays=rays,
         images_until=until,
         traced_until=mixed,
+        grid_until=(grid_until(scene, budget, tolerance) if "modes" in on else np.inf),
         cells_per_wave=_COARSE_CELLS if stepped else Work.cells_per_wave,
         moments=_COARSE_MOMENTS if coarse else Work.moments,
         directions=_CELLS if coarse else Work.directions,
     )
 
 
-def _excess(errors: dict[str, float], tolerance: Tolerance, share: float) -> float:
-    """Return the largest error as a multiple of its share of the tolerance."""
-    limits = vars(tolerance)
-    return max(
-        (error / max(share * limits[kind], 1e-9) for kind, error in errors.items()),
-        default=0.0,
-    )
+def _traced(
+    scene: Scene, budget: Budget, tolerance: Tolerance, on: tuple[str, ...]
+) -> tuple[float, int]:
+    """Return until when pairs are traced [s], and with how many rays.
+
+    Where even the most rays leave much to chance, nothing is saved: a plan would differ
+    from the finest by chance alone.
+    """
+    mixed = _traced_until(scene, budget, tolerance, on)
+    wanted = _wanted(scene, budget, tolerance, on, mixed)
+    if wanted > _MOST_RAYS * (_CHANCE / _RAYS_SHARE) ** 2:
+        mixed = np.inf
+    return mixed, int(np.clip(wanted, _FEWEST_RAYS, _MOST_RAYS))
 
 
-def _rays(
+def _wanted(
     scene: Scene,
     budget: Budget,
     tolerance: Tolerance,
     on: tuple[str, ...],
     mixed: float,
-) -> int | None:
+) -> float:
     """Return the rays a trial says are needed: errors fall with their root."""
-    if budget.rays is not None or "late" not in on:
-        return None
     size = budget.sample_rate, budget.n_samples, budget.max_order
     errors = _trial(scene, *size, on, mixed)
-    if mixed >= budget.duration:
+    if mixed >= min(budget.duration, _DECAY_TOLD * float(scene.eyring_t60().max())):
         # the end of a decay that mirrors carry comes by few rays, which a trial misses
-        share = scattered_share(scene, budget) if "scattering" in on else 0.0
+        share = scattered_share(scene, budget.duration) if "scattering" in on else 0.0
         few = max(share, _FEWEST_RAYS / _MOST_RAYS) ** -0.5
         for kind in ("reverberation_percent", "early_decay_percent"):
             errors = errors | {kind: few * errors.get(kind, 0.0)}
-    wanted = _PILOT_RAYS * _excess(errors, tolerance, _RAYS_SHARE) ** 2
-    return int(np.clip(wanted, _FEWEST_RAYS, _MOST_RAYS))
+    return _PILOT_RAYS * tolerance.excess(errors, _RAYS_SHARE) ** 2
 
 
 @lru_cache(maxsize=32)
@@ -171,7 +171,7 @@ def _traced_until(
         errors = mixed_error(scene, *size, on, until)
         if not np.isfinite(errors["level_db"]):
             return np.inf  # no free places to tell by
-        if _excess(errors, tolerance, _MIXED_SHARE) <= 1:
+        if tolerance.excess(errors, _MIXED_SHARE) <= 1:
             return until
     return np.inf
 
@@ -271,79 +271,3 @@ def _with_paths(
         if name != "late":
             EFFECTS[name].apply(scene, sound)
     return sound
-
-
-def _images_until(scene: Scene, budget: Budget, tolerance: Tolerance) -> float:
-    """Return when waves may take over from the images of a box [s]."""
-    ends = (_CANDIDATES * budget.duration).tolist()
-    for end, errors in zip(ends, _images_errors(scene, budget, ends), strict=False):
-        if _excess(errors, tolerance, _IMAGES_SHARE) <= 1:
-            return end
-    return np.inf
-
-
-def images_error(scene: Scene, budget: Budget, until: float) -> dict[str, float]:
-    """Return the error of waves in place of the images of a box after a time [s].
-
-    Waves carry the same energy on the mean. What both bring to a single place and
-    octave strays from it, see `_strays`.
-    """
-    return next(_images_errors(scene, budget, [until]))
-
-
-def _images_errors(
-    scene: Scene, budget: Budget, ends: Sequence[float]
-) -> Iterator[dict[str, float]]:
-    heard = scene.bands < budget.sample_rate / 2
-    heard[0] = True
-    step = budget.duration / _STEPS
-    times = step * np.arange(0.5, _STEPS, dtype=np.float64)
-    flow = energy_flow(scene, times, scattering=scene.scattering)
-    fade = np.exp(-scene.air_loss * scene.speed_of_sound * times[:, None]) * step
-    distance = 0.4 * float(np.cbrt(scene.geometry.volume))
-    arrival = distance / scene.speed_of_sound
-    fade = np.where(times[:, None] < arrival, 0.0, fade)
-    images, scattered = (fade * part for part in (flow.images, flow.scattered))
-    direct = np.zeros_like(fade)
-    direct[min(int(arrival / step), _STEPS - 1)] = 1 / distance**2
-    width = scene.bands / np.sqrt(2)
-    whole = images + scattered + direct
-    for end in ends:
-        late = times > end
-        stray = _strays(images[late], scattered[late], width * step)
-        found = []
-        for factor in (1 + stray, 1 / (1 + stray)):
-            bent = np.where(late[:, None], factor * whole, whole)[:, heard]
-            found.append(decay_parameters(bent.T[None], step, arrival)[:, 0])
-        yield _differences(*found)
-
-
-def _strays(
-    images: FloatArray, scattered: FloatArray, samples: FloatArray
-) -> FloatArray:
-    """Return the standard error of energies, (steps, bands), that waves replace.
-
-    Energy in a band strays by one over the root of bandwidth times duration: that of
-    the images, that of the waves for them, and their product with what is scattered
-    anyway. Mirrors that keep sound between two walls bring more or less to a place
-    at any frequency.
-    """
-    whole = images + scattered
-    total = np.maximum(whole.sum(axis=0), 1e-300)
-    count = samples * total**2 / np.maximum((whole**2).sum(axis=0), 1e-300)
-    noise = (4 * scattered + 2 * images) * images
-    noise = np.sqrt(noise.sum(axis=0) / np.maximum((whole**2).sum(axis=0), 1e-300))
-    kept = images.sum(axis=0) / total
-    return np.sqrt(noise**2 / np.maximum(count, 1) + (_UNEVEN * kept) ** 2)
-
-
-def _differences(more: FloatArray, less: FloatArray) -> dict[str, float]:
-    """Return half the difference of parameters, (4, bands), the worst octave."""
-    with np.errstate(invalid="ignore", divide="ignore"):
-        change = np.abs(more - less) / 2
-        change[2:] = 200 * change[2:] / (more[2:] + less[2:])
-    # a decay that cannot be told with one is told with the other: never equal
-    change[np.isnan(more) != np.isnan(less)] = np.inf
-    kinds = ("level_db", "clarity_db", "reverberation_percent", "early_decay_percent")
-    known = np.where(np.isnan(change), 0.0, change)
-    return dict(zip(kinds, known.max(axis=1, initial=0.0).tolist(), strict=True))

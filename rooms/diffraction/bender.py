@@ -17,6 +17,16 @@ _STEPS = 60
 the built-in room where they settle slowest, 30 leave 0.1 mm."""
 _SHARP = np.radians(200)
 """Edges that open less hardly bend sound: it goes on as along a wall."""
+_ALONG = 1e-6
+"""Angle [rad] within which a point lies on a face: a micrometre at a metre."""
+_SETTLED = 1e-9
+"""Places that move by less [m] have settled: ways are shortest there, and change by the
+square of it."""
+
+
+def _turned(angle: FloatArray) -> FloatArray:
+    """Return angles from the first face on; a point on it has 0, not a full turn."""
+    return np.where(angle < -_ALONG, angle + 2 * np.pi, np.maximum(angle, 0.0))
 
 
 def _unit(vectors: FloatArray) -> FloatArray:
@@ -57,10 +67,7 @@ class Bender:
         along = np.einsum("nij,ij->ni", way, edges.way)
         x = np.einsum("nij,ij->ni", way, edges.tangent)
         y = np.einsum("nij,ij->ni", way, edges.normal)
-        angle = np.arctan2(y, x)
-        # a point on the first face has angle 0, not a full turn
-        angle = np.where(angle < -1e-6, angle + 2 * np.pi, np.maximum(angle, 0.0))
-        return np.hypot(x, y), along, angle
+        return np.hypot(x, y), along, _turned(np.arctan2(y, x))
 
     def bend(
         self,
@@ -112,12 +119,14 @@ class Bender:
         if len(keep):
             pairs = [geometry.sees(up[k], vp[k][None])[0] for k in keep]
             keep = keep[np.array(pairs, dtype=bool)]
-        found = []
-        for k in keep:
-            row = self._double(first[k], last[k], start, p[k], q[k], end)
-            if row is not None:
-                found.append((index, *row, (first[k], last[k]), 0))
-        return found
+        first, last, p, q = first[keep], last[keep], p[keep], q[keep]
+        kept, total, gain = self._double(first, last, start, p, q, end)
+        leave, reach = _unit(p[kept] - start), _unit(q[kept] - end)
+        ways = zip(total, leave, reach, gain, first[kept], last[kept], strict=True)
+        return [
+            (index, length, out, back, 2, gains, (one, two), 0)
+            for length, out, back, gains, one, two in ways
+        ]
 
     def _reached(self, point: FloatArray) -> IntArray:
         """Return the sharp edges of which a point sees one of three places."""
@@ -143,10 +152,13 @@ class Bender:
         edges = self.edges
         places = np.stack([edges.length[first], edges.length[last]]) / 2
         for _ in range(_STEPS):
+            before = places.copy()
             q = edges.start[last] + places[1, :, None] * edges.way[last]
             places[0] = self._straight(first, start[None], q)
             p = edges.start[first] + places[0, :, None] * edges.way[first]
             places[1] = self._straight(last, end[None], p)
+            if np.abs(places - before).max(initial=0.0) < _SETTLED:
+                break
         return places
 
     def _straight(self, which: IntArray, a: FloatArray, b: FloatArray) -> FloatArray:
@@ -162,36 +174,44 @@ class Bender:
 
     def _double(
         self,
-        first: int,
-        last: int,
+        first: IntArray,
+        last: IntArray,
         start: FloatArray,
         p: FloatArray,
         q: FloatArray,
         end: FloatArray,
-    ) -> tuple | None:
-        """Return the row of one way around two edges, if it bends around both."""
+    ) -> tuple[IntArray, FloatArray, ComplexArray]:
+        """Return which ways bend around both edges, their lengths and gains."""
         edges = self.edges
-        a, b, c = (np.linalg.norm(v) for v in (p - start, q - p, end - q))
-        if min(a, b, c) <= self.geometry.tolerance:
-            return None
-        gain = np.ones(len(self.wave), complex)
-        for edge, before, after, near, far in (
-            (first, start, q, a, b),
-            (last, end, p, c, b),
+        a, b, c = (np.linalg.norm(v, axis=1) for v in (p - start, q - p, end - q))
+        bends = np.minimum(np.minimum(a, b), c) > self.geometry.tolerance
+        angles = []
+        for edge, before, after in ((first, start, q), (last, end, p)):
+            both = [self._across(edge, point) for point in (before, after)]
+            angles.append([np.minimum(part[1], edges.opening[edge]) for part in both])
+            angles[-1].append(both[0][0])
+            for part in both:
+                bends &= part[1] <= edges.opening[edge] + _ALONG
+        kept = np.nonzero(bends)[0]
+        gain = np.ones((len(kept), len(self.wave)), complex)
+        for edge, near, far, parts in (
+            (first, a, b, angles[0]),
+            (last, c, b, angles[1]),
         ):
-            one, other = (
-                [part[0] for part in self.around(end[None])] for end in (before, after)
-            )
-            opening = edges.opening[edge]
-            if max(one[2][edge], other[2][edge]) > opening + 1e-6:
-                return None
-            angles = np.minimum([one[2][edge], other[2][edge]], opening)
-            sine = one[0][edge] / near
-            parts = (np.array([part]) for part in (edge, *angles, sine, near, far))
-            gain *= self.bend(*parts)[0]
-        if len(set(edges.panels[first]) & set(edges.panels[last])):
-            # along a face the wave and its mirror image are one
-            gain /= 2
-        total = a + b + c
-        gain /= np.sqrt(a * b * c * total)
-        return total, _unit(p - start), _unit(q - end), 2, gain
+            one, other, distance = (part[kept] for part in parts)
+            sine = distance / near[kept]
+            gain *= self.bend(edge[kept], one, other, sine, near[kept], far[kept])
+        panels = edges.panels[first[kept]], edges.panels[last[kept]]
+        shared = panels[0][:, :, None] == panels[1][:, None]
+        # along a face the wave and its mirror image are one
+        gain[shared.any(axis=(1, 2))] /= 2
+        total = (a + b + c)[kept]
+        return kept, total, gain / np.sqrt((a * b * c)[kept] * total)[:, None]
+
+    def _across(self, edge: IntArray, points: FloatArray) -> tuple[FloatArray, ...]:
+        """Return distance and angle of points around one edge each, shape (n,)."""
+        edges = self.edges
+        way = points - edges.start[edge]
+        x = np.einsum("nj,nj->n", way, edges.tangent[edge])
+        y = np.einsum("nj,nj->n", way, edges.normal[edge])
+        return np.hypot(x, y), _turned(np.arctan2(y, x))

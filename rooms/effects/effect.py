@@ -14,6 +14,9 @@ _MARGIN = 0.25
 """Predictions are means over a room, and single places, where decays are slower or
 the direct sound is stronger, stray by up to four times (benchmarks/planner_honesty)."""
 
+_ROUNDED = 1e-9
+"""Errors that rounding makes, which a tolerance of nothing allows."""
+
 _UNITS = {
     "level_db": ("level", "dB"),
     "reverberation_percent": ("T60", "%"),
@@ -57,6 +60,18 @@ class Tolerance:
         inf
         """
         return cls(**{kind: limits.get(kind, math.inf) for kind in _UNITS})
+
+    def excess(self, errors: dict[str, float], share: float) -> float:
+        """Return the largest error as a multiple of its share of the tolerance."""
+        limits = asdict(self)
+        least = 1e-9  # nothing is allowed, and errors of rounding are none
+        return max(
+            (
+                error / max(share * limits[kind], least)
+                for kind, error in errors.items()
+            ),
+            default=0.0,
+        )
 
     def exceeded(self, errors: dict[str, float]) -> list[str]:
         """Return the kinds of error that predictions come too close to."""

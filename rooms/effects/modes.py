@@ -19,7 +19,7 @@ from rooms.sound import Budget, Sound, Work
 if TYPE_CHECKING:
     from rooms.wave_grid import WaveGrid
 
-__all__ = ["MODES", "crossover_of"]
+__all__ = ["MODES", "crossover_of", "marched_octaves"]
 
 _HIGHEST, _LOWEST = 350.0, 60.0
 """Crossovers [Hz]: work grows with the fourth power of the highest; at the lowest, half
@@ -81,6 +81,16 @@ def crossover_of(scene: Scene, budget: Budget) -> float:
     return float(min(limits))
 
 
+def marched_octaves(scene: Scene, budget: Budget) -> NDArray[np.bool_]:
+    """Tell which octaves hear the grid, if only at their lower edge; always the lowest.
+
+    Half of the cross-over lies above the crossover.
+    """
+    heard = scene.bands / np.sqrt(2) < 2 ** (_WIDTH / 2) * crossover_of(scene, budget)
+    heard[0] = True
+    return heard
+
+
 def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Need:
     """Judge by how far up single modes stand out."""
     frequency = schroeder_frequency(scene)
@@ -130,6 +140,9 @@ def _joined(
         highest = top if top == crossover else top * 2 ** (_WIDTH / 2)
         span = float(f[used][0]), highest
         spectrum[:, used] += _low(scene, sound, f[used], octave, span) * keep[used]
+    if _marched(budget) < budget.duration:
+        later = np.fft.rfft(responses * _later(budget), length, axis=-1)
+        spectrum += later * _below(f, crossover)
     return np.fft.irfft(spectrum, length, axis=-1)[:, : budget.n_samples]
 
 
@@ -156,6 +169,19 @@ def _octaves(scene: Scene, crossover: float) -> list[tuple[int, float]]:
     return [(k, tops[k]) for k in range(count + 1) if k == count or not alike[k]]
 
 
+def _marched(budget: Budget) -> float:
+    """Return how long the grid is marched [s]."""
+    return min(budget.work.grid_until, budget.duration)
+
+
+def _later(budget: Budget) -> FloatArray:
+    """Return factors that fade in as the grid fades out, the energies adding to one."""
+    from rooms.multipoles import ending
+
+    out = ending(round(_marched(budget) * budget.sample_rate))
+    return np.sqrt(1 - np.pad(out, (0, budget.n_samples - len(out))) ** 2)
+
+
 def _low(
     scene: Scene,
     sound: Sound,
@@ -179,7 +205,7 @@ def _low(
     )
     places = sound.emitter.position, sound.listeners.positions
     rise = butter(2, _RUMBLE, "highpass", fs=grid.sample_rate, output="sos")
-    duration, faded = sound.budget.duration, np.asarray(rise, dtype=np.float64)
+    duration, faded = _marched(sound.budget), np.asarray(rise, dtype=np.float64)
     return transfer(grid, places, moments, frequencies, duration, faded)
 
 

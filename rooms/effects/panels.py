@@ -8,7 +8,12 @@ import numpy as np
 from rir.arrays import FloatArray
 from rir.physics import decibels
 from rooms.effects.effect import Effect, Need, Tolerance, judged
-from rooms.predict import differences, predict_parameters
+from rooms.predict import (
+    ODD_SHAPE,
+    differences,
+    predict_parameters,
+    scattered_share,
+)
 from rooms.scene import Scene
 from rooms.sound import Budget, Sound, SurfaceParts
 
@@ -40,8 +45,19 @@ def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Need:
     errors["early_decay_percent"] = max(
         errors["early_decay_percent"], _EDT_PER_DB * errors["level_db"]
     )
+    errors["reverberation_percent"] = max(
+        errors["reverberation_percent"], _stray(scene, budget)
+    )
     why = f"faces are too small to mirror {100 * most:.2g} % of the sound they return"
     return judged(tolerance, errors, why, 2e-3)
+
+
+def _stray(scene: Scene, budget: Budget) -> float:
+    """Return how far T60 strays for what panels scatter of what mirrors carry [%]."""
+    rough, smooth = (
+        scattered_share(room, budget.duration) for room in (_rougher(scene), scene)
+    )
+    return ODD_SHAPE * max(rough - smooth, 0.0) ** 0.5
 
 
 @lru_cache(maxsize=32)
