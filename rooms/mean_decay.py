@@ -72,8 +72,10 @@ def grid_until(scene: Scene, budget: Budget, tolerance: Tolerance) -> float:
     """Return when rays may take over from the wave grid [s].
 
     Each sees the decay of the low octaves in its own way, and may be wrong about what
-    is left by a factor.
+    is left by a factor. Where decay times are asked for, it is marched to the end.
     """
+    if np.isfinite(tolerance.reverberation_percent):
+        return np.inf
     mean = _mean_decay(equivalent_box(scene), budget)
     factor, octaves = (
         np.full(len(scene.bands), _TAKEN_OVER),

@@ -178,16 +178,11 @@ def simulate(
     scene.check_inside("listener", places[1].positions)
     limits = parse_accuracy(accuracy)
     if plan is None:
-        plan = plan_effects(
-            scene,
-            sample_rate=sample_rate,
-            duration=duration,
-            max_order=max_order,
-            rays=rays,
-            only=effects,
-            judge=False,
-            tolerance=Tolerance.of(limits) if limits else None,
-        )
+        settings = sample_rate, duration, max_order, rays
+        tolerance = Tolerance.of(limits) if limits else None
+        # what is named may be anything, and names need no judgement to be kept
+        planned = _planned if effects is None else _planned.__wrapped__
+        plan = planned(scene, settings, tolerance, effects)
     budget = replace(budget, work=plan.work)
     target = Target(limits, seconds)
     run = _Run(plan.stage(scene), plan, places, (threads, dtype), tell)
@@ -198,6 +193,27 @@ def simulate(
     rays = budget.rays or plan.work.rays
     made = run.responses, sample_rate, plan, run.errors
     return Simulation(*made, rays, scene, budget, places)
+
+
+@lru_cache(maxsize=16)
+def _planned(
+    scene: Scene,
+    settings: tuple[int, float, int | None, int | None],
+    tolerance: Tolerance | None,
+    effects: Sequence[str] | None,
+) -> EffectPlan:
+    """Return the plan of a scene, made once for all calls."""
+    sample_rate, duration, max_order, rays = settings
+    return plan_effects(
+        scene,
+        sample_rate=sample_rate,
+        duration=duration,
+        max_order=max_order,
+        rays=rays,
+        only=effects,
+        judge=False,
+        tolerance=tolerance,
+    )
 
 
 class _Run:

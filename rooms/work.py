@@ -9,7 +9,7 @@ from rir import Poses
 from rir.arrays import FloatArray
 from rir.errors import SceneError
 from rooms.effects import EFFECTS, Tolerance
-from rooms.effects.traced import pool_of, with_tail
+from rooms.effects.traced import POOL_RAYS, pool_of, with_tail
 from rooms.effort import (
     decay_parameters,
     listed_energy,
@@ -63,7 +63,7 @@ what they move."""
 _MIXED_SHARE = 0.2
 """What part of the tolerance a common tail may take, as a standard error of places."""
 
-_MIXED = (0.032, 0.048, 0.064, 0.1, 0.152, 0.2)
+_MIXED = (0.032, 0.048, 0.064, 0.1, 0.152, 0.2, 0.3, 0.4)
 """Times from which sound may count as mixed [s]: whole steps of a trace."""
 
 
@@ -135,8 +135,10 @@ def _wanted(
         # the end of a decay that mirrors carry comes by few rays, which a trial misses
         share = scattered_share(scene, budget.duration) if "scattering" in on else 0.0
         few = max(share, _FEWEST_RAYS / _MOST_RAYS) ** -0.5
+        pool = _pool_errors(scene, *size, on)
         for kind in ("reverberation_percent", "early_decay_percent"):
-            errors = errors | {kind: few * errors.get(kind, 0.0)}
+            error = max(errors.get(kind, 0.0), pool.get(kind, 0.0))
+            errors = errors | {kind: few * error}
     return _PILOT_RAYS * tolerance.excess(errors, _RAYS_SHARE) ** 2
 
 
@@ -160,6 +162,28 @@ def _trial(
     for name in on:
         EFFECTS[name].apply(scene, sound)
     return sampling_errors(sound)
+
+
+@lru_cache(maxsize=32)
+def _pool_errors(
+    scene: Scene,
+    sample_rate: int,
+    n_samples: int,
+    max_order: int | None,
+    on: tuple[str, ...],
+) -> dict[str, float]:
+    """Return what a trial between many pairs would say; empty if none are free."""
+    try:
+        pairs = _pool_pairs(scene, sample_rate, n_samples, max_order, on)
+    except SceneError:
+        return {}
+    energy, error, paths, step, arrival = pairs
+    heard = scene.bands < sample_rate / 2
+    heard[0] = True
+    energy, error, paths = (part[:, heard] for part in (energy, error, paths))
+    scale = (POOL_RAYS / _PILOT_RAYS) ** 0.5
+    found = spread_errors(energy, error, paths, step, arrival)
+    return {kind: scale * value for kind, value in found.items()}
 
 
 def _traced_until(

@@ -57,7 +57,7 @@ def _stray(scene: Scene, budget: Budget) -> float:
     rough, smooth = (
         scattered_share(room, budget.duration) for room in (_rougher(scene), scene)
     )
-    return ODD_SHAPE * max(rough - smooth, 0.0) ** 0.5
+    return ODD_SHAPE * max(rough**0.5 - smooth**0.5, 0.0)
 
 
 @lru_cache(maxsize=32)

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "DEFAULT_RAYS",
+    "POOL_RAYS",
     "STEP",
     "Pool",
     "continued",
@@ -38,7 +39,7 @@ _CLASSES = 32
 STEP = 0.004  # s: far below the 50 ms of C50, with enough rays in each
 
 
-_POOL, _POOL_RAYS = (3, 6), 4000
+_POOL, POOL_RAYS = (3, 6), 4000
 """Places of a pool, and rays a pair: 18 pairs stray as any do, and their mean is known
 four times better than one."""
 
@@ -162,7 +163,7 @@ def _new_pool(scene: Scene, sound: Sound) -> Pool:
     places = random_places(scene, sum(_POOL), np.random.default_rng(0))
     one, other = places[: _POOL[0]], places[_POOL[0] :]
     ends = one.positions, other.positions
-    found = _traced(scene, sound, ends, _POOL_RAYS, sound.budget.duration, 0)
+    found = _traced(scene, sound, ends, POOL_RAYS, sound.budget.duration, 0)
     return Pool(one, other, found)
 
 
