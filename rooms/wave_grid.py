@@ -61,29 +61,29 @@ class WaveGrid:
                 f" more than {_MOST_CELLS}; lower the crossover"
             )
 
-    @property
+    @cached_property
     def size(self) -> FloatArray:
         """Lengths of the bounding box [m], shape (3,)."""
         return np.asarray(self.scene.geometry.size, dtype=float)
 
-    @property
+    @cached_property
     def shape(self) -> IntArray:
         """Cells along each axis."""
         step = self.scene.speed_of_sound / (self.highest * self.cells_per_wave)
         return np.maximum(2, np.round(self.size / step)).astype(np.int64)
 
-    @property
+    @cached_property
     def spacing(self) -> FloatArray:
         """Size of a cell [m], shape (3,)."""
         return self.size / self.shape
 
-    @property
+    @cached_property
     def time_step(self) -> float:
         """Time step [s]: the longest that is stable, less a hair."""
         bound = np.sqrt(np.sum(1 / self.spacing**2)) * self.scene.speed_of_sound
         return 0.9999 / float(bound)
 
-    @property
+    @cached_property
     def sample_rate(self) -> float:
         """Steps per second [Hz]."""
         return 1 / self.time_step

@@ -190,12 +190,10 @@ def _low(
     span: tuple[float, float],
 ) -> NDArray[np.complex128]:
     """Return transfer functions from the grid, gain patterns of first order applied."""
-    from scipy.signal import butter
-
     from rooms.multipoles import Moments, transfer
 
     fineness = sound.budget.work.cells_per_wave
-    grid = _grid(scene, fineness, octave, span)
+    grid, faded = _grid(scene, fineness, octave, span)
     omni = GainPattern.omni()
     emitting, listening = sound.patterns or (omni, omni)
     turns = sound.emitter.orientation[None], sound.listeners.orientations
@@ -204,20 +202,23 @@ def _low(
         Moments.of(listening, turns[1], frequencies),
     )
     places = sound.emitter.position, sound.listeners.positions
-    rise = butter(2, _RUMBLE, "highpass", fs=grid.sample_rate, output="sos")
-    duration, faded = _marched(sound.budget), np.asarray(rise, dtype=np.float64)
+    duration = _marched(sound.budget)
     return transfer(grid, places, moments, frequencies, duration, faded)
 
 
 @lru_cache(maxsize=8)
 def _grid(
     scene: Scene, fineness: float, octave: int, span: tuple[float, float]
-) -> "WaveGrid":
-    """Return a grid, set up once for all emitters."""
+) -> tuple["WaveGrid", FloatArray]:
+    """Return a grid and the filter of its rumble, set up once for all emitters."""
+    from scipy.signal import butter
+
     from rooms.wave_grid import WaveGrid
 
     lowest, highest = span
-    return WaveGrid(scene, highest, fineness, octave, lowest)
+    grid = WaveGrid(scene, highest, fineness, octave, lowest)
+    rise = butter(2, _RUMBLE, "highpass", fs=grid.sample_rate, output="sos")
+    return grid, np.asarray(rise, dtype=np.float64)
 
 
 MODES = Effect("modes", "low frequencies by the wave equation (FDTD)", needed, apply)
