@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 from numba import njit
 
-from rooms.kernels.deposit import MOMENTS
+from rooms.kernels.deposit import LANES, MOMENTS
 
 TAPS = 36  # exact to -100 dB up to 0.8 of the Nyquist frequency, see `pulse_bank`
 LEAD = TAPS // 2 - 1
@@ -148,30 +148,13 @@ def _add_folded(out, work, bank, even, odd, width):
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def _take_block(grid, decay, work, loudest):
-    """Move a block of moments, less what the air takes, to work lane by lane.
-
-    All lanes in one go: the block lies lane beside lane, and is read once.
-    """
-    loudest[:] = 0.0
-    for row in range(len(grid)):
-        for moment in range(grid.shape[1]):
-            for lane in range(len(work)):
-                value = np.float32(grid[row, moment, lane] * decay[row, lane])
-                work[lane, moment, row] = value
-        for lane in range(len(work)):
-            loudest[lane] = max(loudest[lane], abs(work[lane, 0, row]))
-        grid[row] = 0.0
-
-
-@njit(cache=True, nogil=True, fastmath=True)
 def shape_pulses(grid, decay, banks, sizes, out):
     """Add the pulses of a grid (rows, moments, lanes) to samples (lanes, n).
 
     Parameters
     ----------
     grid : ndarray, shape (rows, moments, lanes)
-        Moments of the arrivals; zero on exit, ready for the next.
+        Moments of the arrivals.
     decay : ndarray, shape (rows, lanes)
         What the air leaves of an arrival at that row.
     banks, sizes : ndarray
@@ -185,10 +168,42 @@ def shape_pulses(grid, decay, banks, sizes, out):
     hundred products is in single precision, which is exact to -130 dB of the
     sound around each sample and more than twice as fast.
     """
-    rows, lanes = grid.shape[0], out.shape[0]
-    work = np.empty((lanes, MOMENTS, _BLOCK + _APART), np.float32)
+    rows = grid.shape[0]
+    work = np.empty((MOMENTS, _BLOCK), np.float32)
     even, odd = np.empty(_BLOCK, np.float32), np.empty(_BLOCK, np.float32)
-    loudest = np.empty(lanes, np.float32)
+    for lane in range(out.shape[0]):
+        moments, low, high = sizes[lane]
+        for start in range(0, rows, _BLOCK):
+            count = min(_BLOCK, rows - start)
+            loudest = np.float32(0.0)
+            for row in range(count):
+                left = decay[start + row, lane]
+                for moment in range(moments):
+                    value = grid[start + row, moment, lane] * left
+                    work[moment, row] = np.float32(value)
+                loudest = max(loudest, abs(work[0, row]))
+            if loudest == 0.0:
+                continue
+            if high - low == TAPS:
+                _add_folded(out[lane, start:], work, banks[lane], even, odd, count)
+                continue
+            for tap in range(low, high):
+                samples = out[lane, start + tap : start + tap + count]
+                _add_four(samples, work, banks[lane], 0, tap, count)
+                if moments > 4:
+                    _add_four(samples, work, banks[lane], 4, tap, count)
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def shape_lanes(grid, decay, banks, sizes, out):
+    """Do the same as `shape_pulses` for a grid of eight lanes.
+
+    Lane lies beside lane there, so a block is read once for all of them.
+    """
+    rows, lanes = grid.shape[0], out.shape[0]
+    work = np.empty((LANES, MOMENTS, _BLOCK + _APART), np.float32)
+    even, odd = np.empty(_BLOCK, np.float32), np.empty(_BLOCK, np.float32)
+    loudest = np.empty(LANES)
     for start in range(0, rows, _BLOCK):
         count = min(_BLOCK, rows - start)
         _take_block(grid[start : start + count], decay[start:], work, loudest)
@@ -197,12 +212,24 @@ def shape_pulses(grid, decay, banks, sizes, out):
             if loudest[lane] == 0.0:
                 continue
             if high - low == TAPS:
-                _add_folded(
-                    out[lane, start:], work[lane], banks[lane], even, odd, count
-                )
+                samples, some = out[lane, start:], work[lane]
+                _add_folded(samples, some, banks[lane], even, odd, count)
                 continue
             for tap in range(low, high):
                 samples = out[lane, start + tap : start + tap + count]
                 _add_four(samples, work[lane], banks[lane], 0, tap, count)
                 if moments > 4:
                     _add_four(samples, work[lane], banks[lane], 4, tap, count)
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def _take_block(grid, decay, work, loudest):
+    """Move a block of moments, less what the air takes, to work lane by lane."""
+    loudest[:] = 0.0
+    for row in range(len(grid)):
+        for moment in range(grid.shape[1]):
+            for lane in range(LANES):
+                value = np.float32(grid[row, moment, lane] * decay[row, lane])
+                work[lane, moment, row] = value
+        for lane in range(LANES):
+            loudest[lane] = max(loudest[lane], abs(grid[row, 0, lane]))

@@ -11,7 +11,7 @@ from rooms.kernels.deposit import (
     deposit_paths,
     deposit_waves,
 )
-from rooms.kernels.pulses import shape_pulses
+from rooms.kernels.pulses import shape_lanes, shape_pulses
 
 
 @njit(cache=True, nogil=True, fastmath=False)
@@ -57,7 +57,7 @@ def fill_and_shape(
     scale : float
         Samples per metre.
     grid : ndarray, shape (rows, moments, lanes)
-        Working space: zero on entry and exit.
+        Working space.
     shaping : tuple (decay, banks, sizes)
         See `rooms.kernels.pulses.shape_pulses`.
     out : ndarray, shape (listeners, lanes, n)
@@ -76,6 +76,7 @@ def fill_and_shape(
             if delays[path] < grid.shape[0]:
                 used = max(used, int(delays[path]) + 1)
         view = grid[:used]
+        view[:] = 0.0
         emitting = (patterns[1], patterns[2], patterns[5])
         listening = (patterns[3][place], patterns[4], patterns[6])
         if lattice_rows > 0:
@@ -115,4 +116,7 @@ def fill_and_shape(
             hearing = (weighed, sent, listening[0], listening[1])
             amplitude = amplitudes[place % len(amplitudes)]
             deposit_waves(drawn, amplitude, ways, first, rates, hearing, view)
-        shape_pulses(view, decay, banks, sizes, out[place])
+        if grid.shape[2] == 1:
+            shape_pulses(view, decay, banks, sizes, out[place])
+        else:
+            shape_lanes(view, decay, banks, sizes, out[place])
