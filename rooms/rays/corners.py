@@ -22,7 +22,7 @@ __all__ = ["Corner", "CornerRoom", "find_close_chains"]
 _WALLS = 3
 """Most surfaces that count as close, the nearest: those of the corner of a box."""
 
-_LONGEST = 2.0
+_LONGEST = 4.0
 """Chains are no longer than so many sides of a patch: from there on patches do."""
 
 
