@@ -13,7 +13,7 @@ __all__ = ["kinds_of", "parts_of"]
 
 _KINDS = 64
 """Kinds of panels that get a mean of their own, those with most area; others take that
-of the nearest kind. Each costs 5 ms."""
+of the nearest kind. Each costs 5 ms, a thin plate 0.05 to 0.3 s once."""
 
 
 @lru_cache(maxsize=16)
