@@ -12,7 +12,6 @@ import numpy as np
 
 from rir.arrays import FloatArray
 from rooms.transport.box import BoxTransport
-from rooms.transport.chains import LINKS, follow_chains, join_chains
 
 __all__ = ["BoxCorner", "in_one_corner"]
 
@@ -73,6 +72,8 @@ class BoxCorner:
     @cached_property
     def chains(self) -> tuple[Any, Any]:
         """Ends of chains of the place, and what arrives there."""
+        from rooms.transport.chains import follow_chains
+
         box = self.box
         room = _ENDS * _COPIES * len(self.hits[0])
         ends = np.empty((room, 6), dtype=np.float32)
@@ -94,6 +95,8 @@ class BoxCorner:
     @cached_property
     def smooth(self) -> FloatArray:
         """What functions make of all chains behind the close hits, as `close`."""
+        from rooms.transport.chains import LINKS
+
         given = (self.close[:, 0] + 1j * self.close[:, 1])[..., None]
         chain = np.zeros_like(given)
         for _ in range(LINKS - 1):
@@ -102,6 +105,8 @@ class BoxCorner:
 
     def heard(self, other: "BoxCorner", step: float, steps: int) -> FloatArray:
         """Return energy per second of chains that end at another place, over time."""
+        from rooms.transport.chains import join_chains
+
         box, out = self.box, np.zeros((steps, self.box.lanes))
         per_bin = 1 / (box.speed * step)
         factors = other.kept * box.scattered[:, None] * (16 * np.pi / step)
