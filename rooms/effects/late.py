@@ -17,10 +17,15 @@ from rooms.effects.traced import traced_energy
 from rooms.scene import Scene
 from rooms.sound import Budget, Sound, Waves
 
-__all__ = ["LATE"]
+__all__ = ["LATE", "draw_waves"]
 
 _WAVES_PER_SAMPLE = 0.5
 """With the twins, one arrival per sample: dense enough to sound like noise."""
+
+_DIRECTION_STEPS = 1.1673039782614187 ** -np.arange(1.0, 5.0)
+"""Steps between the directions of waves, which fill both spheres evenly: powers of the
+root of x^5 = x + 1 (M. Roberts, The unreasonable effectiveness of quasirandom
+sequences, 2018)."""
 
 
 def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Need:
@@ -36,18 +41,25 @@ def needed(scene: Scene, budget: Budget, tolerance: Tolerance) -> Need:
 
 
 @lru_cache(maxsize=4)
-def _draw(
+def draw_waves(
     seed: int, count: int, spacing: float, start: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Draw times, two directions and a sign for each wave."""
+    """Draw times, two directions and a sign for each wave.
+
+    Chance is that of signs: directions drawn one by one would arrive in clumps, which
+    all listeners of an emitter hear.
+    """
     # one stream per quantity: a longer response begins with the same waves
     times, ways, signs = (
         np.random.Generator(np.random.Philox(key=[seed % 2**64, stream]))
         for stream in range(3)
     )
     time = start + spacing * (np.arange(count) + times.random(count))
-    way = ways.standard_normal((count, 2, 3))
-    way /= np.linalg.norm(way, axis=-1, keepdims=True)
+    index = np.arange(1, count + 1)[:, None]
+    u = (ways.random(4) + index * _DIRECTION_STEPS) % 1
+    up, turn = 2 * u[:, :2] - 1, 2 * np.pi * u[:, 2:]
+    flat = np.sqrt(1 - up**2)
+    way = np.stack([flat * np.cos(turn), flat * np.sin(turn), up], axis=-1)
     sign = np.where(signs.random(count) < 0.5, -1.0, 1.0)
     one, other = np.ascontiguousarray(np.swapaxes(way, 0, 1))
     return time, one, other, sign
@@ -65,7 +77,7 @@ def apply(scene: Scene, sound: Sound) -> None:
     across = float(np.linalg.norm(scene.geometry.size)) / scene.speed_of_sound / sooner
     spacing = 1 / (_WAVES_PER_SAMPLE * budget.sample_rate)
     count = int(np.ceil((budget.duration / min(sooner, 1) + 2 * across) / spacing))
-    time, one, other, sign = _draw(budget.seed, count, spacing, -across)
+    time, one, other, sign = draw_waves(budget.seed, count, spacing, -across)
     time = sooner * time
     amplitude = np.sqrt(energy * spacing * sooner / 2)
     center = scene.geometry.center
