@@ -12,7 +12,7 @@ import numpy as np
 from rir.arrays import FloatArray
 from rir.errors import SceneError
 from rooms.scene import Scene
-from rooms.transport import COARSE, transport_of
+from rooms.transport import COARSE, BoxTransport, transport_of
 
 __all__ = ["EnergyFlow", "energy_flow"]
 
@@ -118,14 +118,21 @@ def energy_flow(
     return EnergyFlow(times, *flow)
 
 
-def _scattered(scene: Scene, spread: FloatArray, times: FloatArray) -> FloatArray:
-    """Return the mean energy per second of what is scattered, (steps, bands)."""
-    # spans are powers of two, so that few transports serve many requests
-    span = 2.0 ** np.ceil(np.log2(max(float(np.max(times)), 1e-3)))
-    box = transport_of(
+def _transport(scene: Scene, spread: FloatArray, span: float) -> BoxTransport:
+    return transport_of(
         np.asarray(scene.geometry.size), scene.absorption, spread,
         scene.speed_of_sound, span, COARSE,
     )  # fmt: skip
+
+
+def _scattered(scene: Scene, spread: FloatArray, times: FloatArray) -> FloatArray:
+    """Return the mean energy per second of what is scattered, (steps, bands)."""
+    # spans are powers of two, so that few transports serve many requests
+    latest = float(np.max(times))
+    span = 2.0 ** np.ceil(np.log2(max(latest, 1e-3)))
+    box = _transport(scene, spread, span)
+    if latest > box.times[-_ROUNDED]:
+        box = _transport(scene, spread, 2 * span)
     from scipy.interpolate import CubicSpline
 
     geometry, c = scene.geometry, scene.speed_of_sound
@@ -135,6 +142,8 @@ def _scattered(scene: Scene, spread: FloatArray, times: FloatArray) -> FloatArra
     share = geometry.areas @ ((1.0 - scene.absorption) * spread)
     slope = np.pi * c**2 / geometry.volume**2 * share
     ends: Any = (1, slope), (2, np.zeros_like(slope))
-    curve = CubicSpline(box.times, energy, bc_type=ends)
-    inside = (times > 0) & (times <= box.times[-_ROUNDED])
+    # steps that the end has touched would ring through those before
+    known, energy = box.times[: 1 - _ROUNDED], energy[: 1 - _ROUNDED]
+    curve = CubicSpline(known, energy, bc_type=ends)
+    inside = (times > 0) & (times <= known[-1])
     return np.where(inside[:, None], np.maximum(curve(times), 0.0), 0.0)

@@ -8,6 +8,7 @@ import pytest
 from rir import GainPattern
 from rooms import Scene, plan_effects, simulate
 from rooms.effects import Tolerance
+from rooms.energy_flow import energy_flow
 from rooms.kernels.patterns import cell_directions, looked_up
 from rooms.sound import Work
 
@@ -73,3 +74,13 @@ def test_walls_that_return_nothing_can_be_predicted():
     assert "specular" not in plan_effects(scene, **RUN).on
     rough = Scene.shoebox((4.2, 3.1, 2.5), absorption=0.5, scattering=0.9)
     assert "specular" in plan_effects(rough, **RUN).on
+
+
+@pytest.mark.parametrize("last", [0.06, 0.1143, 0.125, 0.13])
+def test_scattered_energy_is_told_at_any_time(last: float):
+    # transport knows powers of two, and its own end rounds what comes just before
+    some, more = (
+        energy_flow(box(), np.array([last, *later]), scattering=box().scattering)
+        for later in ([], [0.4])
+    )
+    np.testing.assert_allclose(some.scattered[0], more.scattered[0], rtol=0.01)
