@@ -94,7 +94,7 @@ def test_floor_is_what_a_simulated_session_measures(sigma_mm):
     room = load_room("kitchen").model_copy(update={"furniture": ()})
     world = World(room, sample_rate=RATE, duration=0.5)
     measured, sides = [], ([], [])
-    for _ in range(16):
+    for _ in range(48):
         ends = rng.uniform(0.5, np.array(room.size_m) - 0.5, (2, 3))
         for side, (k, m) in zip(sides, ((0, 1), (1, 0)), strict=True):
             places = ends + rng.normal(0, sigma_mm / 1000, (2, 3))
@@ -107,7 +107,7 @@ def test_floor_is_what_a_simulated_session_measures(sigma_mm):
         rng,
         flavour="paper",
         symbols=["Amp", "Env", "STFT", "C50"],
-        temperature_changes=[0.0] * 16,
+        temperature_changes=[0.0] * 48,
         position_m=sigma_mm / 1000,
     )
     for symbol, tolerance in (("Amp", 0.2), ("Env", 0.25), ("STFT", 0.2), ("C50", 0.6)):
