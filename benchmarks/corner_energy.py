@@ -106,13 +106,13 @@ def main(argv: Sequence[str] | None = None) -> int:
             SIZE, shares[0, :, None], shares[1, :, None], C, DURATION, Detail()
         )
         for walls, along in ((3, 0),) if quick else ((1, 0), (2, 0), (3, 0), (2, 1)):
-            gaps = (0.1, 1.0) if quick else (0.05, 0.1, 0.2, 0.5, 1.0)
+            gaps = (0.1,) if quick else (0.05, 0.1, 0.2, 0.5, 1.0)
             for gap in gaps if not along else (0.1, 0.2, 0.5):
                 middle = np.where([walls > 1, walls > 2, True], 0.0, 0.45 * SIZE)
                 ends = np.array([ONE, OTHER]) * gap + middle
                 ends[1, 1] += along
                 parts = np.zeros(16)
-                count = 40_000 if quick else 800_000
+                count = 10_000 if quick else 800_000
                 _trace(SIZE, ends[0], ends[1], scattering, count, rng, parts)
                 truth, spread = parts.mean(), parts.std() / np.sqrt(len(parts) - 1)
                 bins = round(DURATION / STEP)
