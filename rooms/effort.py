@@ -31,6 +31,7 @@ _PAIRS = 8  # tell the mean error of any number of pairs to a tenth of it
 _DRAWS = 24  # tell a standard error to a seventh of it
 _FIRST_RAYS = 4000  # enough to estimate their own chance error
 _MOST_RAYS = 4_000_000  # a thousand times that: a thirtieth of the error
+_CLEAREST = 30.0  # dB: late sound of a thousandth of the energy is not heard
 
 
 def parse_accuracy(text: str | Mapping[str, float] | None) -> dict[str, float]:
@@ -181,8 +182,10 @@ def spread_errors(
     flat = drawn.reshape(-1, *energy.shape[1:])
     values = decay_parameters(flat, step, arrivals)
     values = values.reshape(len(values), _DRAWS, len(energy), -1)
-    center, spread = values.mean(axis=1), values.std(axis=1)
+    # a draw may leave nothing after the early sound, and be infinitely clear
+    values[1] = np.clip(values[1], -_CLEAREST, _CLEAREST)
     with np.errstate(invalid="ignore", divide="ignore"):
+        center, spread = values.mean(axis=1), values.std(axis=1)
         kinds = {
             "level_db": spread[0],
             "clarity_db": spread[1],

@@ -8,6 +8,7 @@ import pytest
 from rir import GainPattern
 from rooms import Scene, plan_effects, simulate
 from rooms.effects import Tolerance
+from rooms.effort import spread_errors
 from rooms.energy_flow import energy_flow
 from rooms.kernels.patterns import cell_directions, looked_up
 from rooms.sound import Work
@@ -84,3 +85,13 @@ def test_scattered_energy_is_told_at_any_time(last: float):
         for later in ([], [0.4])
     )
     np.testing.assert_allclose(some.scattered[0], more.scattered[0], rtol=0.01)
+
+
+def test_draws_without_late_sound_are_clear_not_unknown():
+    energy = np.zeros((1, 1, 200))
+    energy[..., 5] = 1.0
+    error = np.zeros_like(energy)
+    error[..., 100] = 1e-3  # half of the draws have late sound, half none
+    errors = spread_errors(energy, error, np.zeros_like(energy), 1e-3)
+    assert 0.1 < errors["clarity_db"] < 30.0
+    assert spread_errors(energy, 0 * error, 0 * error, 1e-3)["clarity_db"] == 0.0
