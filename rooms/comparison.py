@@ -1,6 +1,7 @@
 """Simulated room-acoustic parameters against those that were measured in the room."""
 
 import csv
+import io
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -112,23 +113,28 @@ def read_measured(path: str | Path) -> Measured:
     path = Path(path)
     if not path.is_file():
         raise ConfigError(f"there is no file of measured values {path}")
-    with path.open(newline="", encoding="utf-8-sig") as file:
-        lines = csv.reader(file)
-        head = [name.strip() for name in next(lines, [])]
-        lower = [name.lower() for name in head]
-        lacking = [name for name in _COLUMNS if name not in lower]
-        if lacking:
-            raise ConfigError(
-                f"{path.name} lacks the column {lacking[0]!r}; its first line must be"
-                f" {','.join(_COLUMNS)},125,250,… (octaves in Hz)"
-            )
-        octaves = {k: _band(name) for k, name in enumerate(head) if _band(name) > 0}
-        if not octaves:
-            raise ConfigError(f"{path.name} has no column of an octave, such as 1000")
-        tables: dict[str, Values] = {}
-        for number, line in enumerate(lines, start=2):
-            if any(cell.strip() for cell in line):
-                _read_row(f"{path.name}, line {number}", line, lower, octaves, tables)
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(
+            f"cannot read {path.name}: {error}; save it as text in UTF-8"
+        ) from error
+    lines = csv.reader(io.StringIO(text, newline=""))
+    head = [name.strip() for name in next(lines, [])]
+    lower = [name.lower() for name in head]
+    lacking = [name for name in _COLUMNS if name not in lower]
+    if lacking:
+        raise ConfigError(
+            f"{path.name} lacks the column {lacking[0]!r}; its first line must be"
+            f" {','.join(_COLUMNS)},125,250,… (octaves in Hz)"
+        )
+    octaves = {k: _band(name) for k, name in enumerate(head) if _band(name) > 0}
+    if not octaves:
+        raise ConfigError(f"{path.name} has no column of an octave, such as 1000")
+    tables: dict[str, Values] = {}
+    for number, line in enumerate(lines, start=2):
+        if any(cell.strip() for cell in line):
+            _read_row(f"{path.name}, line {number}", line, lower, octaves, tables)
     if not tables:
         raise ConfigError(
             f"{path.name} ends after its first line; below it stands a line for each"

@@ -115,4 +115,5 @@ def _stretched(samples: FloatArray, step: float) -> FloatArray:
     padding = [(0, 0)] * (samples.ndim - 1) + [(half, half + 2)]
     padded = np.pad(samples, padding)
     index = np.minimum(base[:, None] + taps + half, padded.shape[-1] - 1)
-    return np.einsum("...nt,nt->...n", padded[..., index], kernel)
+    # taken, not indexed: rows lie alike in memory, one or many, and sum alike
+    return np.einsum("...nt,nt->...n", np.take(padded, index, axis=-1), kernel)

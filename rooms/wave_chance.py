@@ -71,8 +71,10 @@ def waves_errors(scene: Scene, plan: EffectPlan, budget: Budget) -> FloatArray:
     # an octave is as wide as its centre over the root of two
     drawn = _draw(waves, single, scene.bands / np.sqrt(2) * _STEP)
     values = decay_parameters(np.moveaxis(drawn, 1, 2), _STEP, arrival)
-    found = values.std(axis=1)
-    found[2:] *= 100 / np.maximum(values[2:].mean(axis=1), 1e-9)
+    # what ends before a decay can be told has an infinite clarity in some draws
+    with np.errstate(invalid="ignore"):
+        found = values.std(axis=1)
+        found[2:] *= 100 / np.maximum(values[2:].mean(axis=1), 1e-9)
     solved = crossover_of(scene, budget) if "modes" in plan.on else 0.0
     return np.where(scene.bands * np.sqrt(2) < solved, 0.0, found)
 
@@ -149,7 +151,9 @@ def independent_pairs(
 
 
 def _independent(places: FloatArray, wavelengths: FloatArray) -> FloatArray:
-    """Return how many of some places count as independent."""
+    """Return how many of some places count as independent, at least one."""
+    if not len(places):
+        return np.ones(len(wavelengths))
     some = places[:: max(1, len(places) // _MOST_PLACES)]
     apart = np.linalg.norm(some[:, None] - some, axis=-1)
     alike = [np.mean(np.sinc(2 * apart / length) ** 2) for length in wavelengths]

@@ -8,7 +8,7 @@ import pytest
 from rir import GainPattern
 from rooms.batches import batches, in_threads
 from rooms.builtin import load_scene
-from rooms.hardware import Hardware
+from rooms.hardware import DeviceResponse, Hardware
 from rooms.places import random_places
 from rooms.scene import Scene
 from rooms.simulation import simulate
@@ -77,6 +77,17 @@ def test_every_pair_has_noise_of_its_own():
     made = simulate(quiet, *ends, sample_rate=8000, duration=0.05).responses
     noise = made.reshape(4, -1)[:, 200:]
     assert np.abs(np.corrcoef(noise) - np.eye(4)).max() < 0.3
+
+
+def test_a_chain_delivers_of_many_pairs_what_it_delivers_of_each():
+    flat = DeviceResponse(np.array([100.0, 1000.0]), np.array([-10.0, 0.0]))
+    chain = Hardware(loudspeaker=flat, drift_ppm=3.0)
+    pairs = np.random.default_rng(0).standard_normal((7, 960))
+    together = chain.heard(pairs, 16000, np.random.default_rng(0))
+    alone = [
+        chain.heard(pair[None], 16000, np.random.default_rng(0))[0] for pair in pairs
+    ]
+    np.testing.assert_array_equal(together, alone)
 
 
 def test_what_fails_in_a_thread_ends_all():

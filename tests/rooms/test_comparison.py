@@ -63,6 +63,13 @@ def test_wrong_files_are_told_in_one_line(tmp_path, rows, head, told):
     assert "\n" not in str(caught.value)
 
 
+def test_a_file_that_is_no_text_is_told_in_one_line(tmp_path):
+    path = tmp_path / "measured.csv"
+    path.write_text(HEAD, encoding="utf-16")
+    with pytest.raises(ConfigError, match=r"cannot read measured\.csv.*in UTF-8"):
+        read_measured(path)
+
+
 def test_unknown_places_are_told_with_those_there_are(tmp_path):
     measured = read_measured(written(tmp_path, "A,B,T30,s,1,2,\n"))
     with pytest.raises(ConfigError, match=r"has a to b.*sources are S1"):

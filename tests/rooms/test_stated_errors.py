@@ -130,3 +130,12 @@ def test_near_places_stray_alike_and_far_ones_on_their_own():
     assert independent_pairs(grid[:1], grid, near)[0] < 1.5
     one, other = (independent_pairs(grid[:n], grid, far)[0] for n in (1, 8))
     assert other == pytest.approx(8 * one, rel=0.1)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("emitters", [np.empty((0, 3)), [[2.0, 2, 1]]])
+def test_no_pairs_and_short_responses_have_finite_errors(emitters):
+    scene = Scene.shoebox((6, 5, 3), absorption=0.2, scattering=0.3)
+    # shorter than the 50 ms that clarity counts as early
+    made = simulate(scene, emitters, [[4, 4, 2]], sample_rate=8000, duration=0.04)
+    assert np.isfinite(list(made.mean_errors.values())).all()
