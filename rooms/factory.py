@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rir import DatasetWriter, Poses
-from rir.errors import DatasetError
+from rir.errors import ConfigError, DatasetError
 from rir.optional import require
 from rooms.batches import Batch
 from rooms.builtin import load_scene
@@ -193,9 +193,13 @@ def make_dataset(
 
     Raises
     ------
+    ConfigError
+        If there is no worker.
     DatasetError
         If the file exists already.
     """
+    if workers < 1:
+        raise ConfigError(f"the number of workers must be 1 or more, not {workers}")
     target = Path(path)
     if target.exists():
         raise DatasetError(f"{target} exists; remove it or choose another name")

@@ -74,7 +74,11 @@ def paper_layout(
     ConfigError
         If a count is not positive or the kind of gains is unknown.
     """
-    if min(emitters + unseen, listeners, fewer) < 1 or min(emitters, unseen) < 0:
+    if fewer < 1:
+        raise ConfigError(
+            f"every n-th listener can be kept from n = 1 on, not n = {fewer}"
+        )
+    if min(emitters + unseen, listeners) < 1 or min(emitters, unseen) < 0:
         raise ConfigError("a data set needs at least one emitter and one listener")
     if gains not in ("same", "diff"):
         raise ConfigError(f"gains are 'same' or 'diff', not {gains!r}")

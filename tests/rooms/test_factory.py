@@ -135,6 +135,14 @@ def test_patterns_and_the_small_variant():
     assert small.emitter_gain != small.listener_gain
     with pytest.raises(ConfigError, match="'same' or 'diff'"):
         paper_layout(scene, gains="equal")
+    with pytest.raises(ConfigError, match="not n = 0"):
+        paper_layout(scene, fewer=0)
+
+
+def test_no_workers_are_refused_before_anything_is_made(tmp_path):
+    with pytest.raises(ConfigError, match="workers must be 1 or more, not 0"):
+        make_dataset(SMALL, tmp_path / "none.h5", workers=0)
+    assert not list(tmp_path.iterdir())
 
 
 def test_the_command(tmp_path, capsys):
