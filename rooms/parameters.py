@@ -35,7 +35,8 @@ def hall_parameters(
     dict
         "EDT", "T20", "T30", "TS" [s], "C50", "C80", "G" [dB], "D50", each of shape
         (..., bands). NaN where the response ends before the decay has fallen 10 dB
-        below the range of a fit, and above half of the sample rate.
+        below the range of a fit, or before the early sound does, and above half of
+        the sample rate.
 
     References
     ----------
@@ -110,7 +111,7 @@ def _of_band(
         names = (*FIT_RANGES_DB, "TS", "C50", "C80", "G", "D50")
         return dict.fromkeys(names, float("nan"))
     times = np.maximum(np.arange(len(energy)) - lead, 0) / rate
-    early = {ms: float(energy[: lead + ms * rate // 1000].sum()) for ms in (50, 80)}
+    early = {ms: _early(energy, lead + ms * rate // 1000) for ms in (50, 80)}
     left = remaining_energy(energy)
     curve = decibels(np.maximum(left / total, 1e-30))
     found = {
@@ -128,6 +129,11 @@ def _of_band(
         "G": float(decibels(total / (0.01 * pulse))),
         "D50": early[50] / total,
     }
+
+
+def _early(energy: FloatArray, end: int) -> float:
+    """Return the energy before a sample; NaN if the response ends there itself."""
+    return float(energy[:end].sum()) if end < len(energy) else float("nan")
 
 
 def _fitted(times: FloatArray, curve: FloatArray, high: float, low: float) -> float:

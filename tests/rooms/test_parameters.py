@@ -74,6 +74,15 @@ def test_what_a_short_response_does_not_hold_is_not_given():
     assert all(np.isnan(values).all() for values in high.values())
 
 
+def test_a_response_that_ends_within_the_early_sound_has_no_clarity():
+    response = np.exp(-np.arange(3360) / 300)  # 70 ms at 48 kHz
+    found = hall_parameters(response[None], 48000, [0.0], [1000.0])
+    assert np.isfinite(found["C50"]).all()
+    assert np.isnan(found["C80"]).all()
+    short = hall_parameters(response[None, :1200], 48000, [0.0], [1000.0])
+    assert np.isnan([short["C50"], short["D50"], short["C80"]]).all()
+
+
 def test_arrivals_must_match_the_responses():
     with pytest.raises(SignalError, match="need arrivals of shape"):
         hall_parameters(np.zeros((2, 100)), RATE, [0.1], [1000.0])
