@@ -202,11 +202,9 @@ def resolve_seats(names: Sequence[str], materials: Any) -> tuple[SeatRows | None
     >>> [rows and rows.back_m for rows in seats]
     [0.8, None]
     """
-    by_name = _by_name(names, materials)
-    found = [_surface(name, _find(name, by_name)) for name in names]
     return tuple(
         SeatRows() if _seats_by_name(name, surface) else surface.seat_rows
-        for name, surface in zip(names, found, strict=True)
+        for name, surface in _stated(names, materials)
     )
 
 
@@ -223,10 +221,16 @@ def notes_on_seats(names: Sequence[str], materials: Any) -> tuple[str, ...]:
     >>> notes_on_seats(["stalls", "floor"], 0.3)
     ('stalls: taken for rows of seats by name; `seats: false` says otherwise',)
     """
-    by_name = _by_name(names, materials)
-    named = [n for n in names if _seats_by_name(n, _surface(n, _find(n, by_name)))]
+    stated = _stated(names, materials)
+    named = [name for name, surface in stated if _seats_by_name(name, surface)]
     told = "taken for rows of seats by name; `seats: false` says otherwise"
     return (f"{', '.join(named)}: {told}",) if named else ()
+
+
+def _stated(names: Sequence[str], materials: Any) -> list[tuple[str, Surface]]:
+    """Return each surface's name and what is stated of it."""
+    by_name = _by_name(names, materials)
+    return [(name, _surface(name, _find(name, by_name))) for name in names]
 
 
 def _seats_by_name(name: str, surface: Surface) -> bool:
